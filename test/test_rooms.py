@@ -24,6 +24,8 @@ FLOORS = {
     'core': (
         'codes', 'correlation', 'frames', 'fixed', 'camera', 'calibration', 'rotation', 'heading',
         'road', 'path', 'localization', 'reliability', '*'),
+    'core.localization': (
+        'settings given roads', 'estimate filter', 'fixes places', 'claim', 'locator'),
     'io': (
         'user_path', 'outputs params_file images', 'messages', 'sources maps', 'replay',
         'results'),

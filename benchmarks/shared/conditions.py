@@ -12,7 +12,7 @@ from itertools import count
 from benchmarks.shared.clips import Clip
 import cv2
 import numpy as np
-from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE, Camera, rotation
+from phase_traj_ros.synthetic.camera import Camera, tilt
 from phase_traj_ros.synthetic.degradations import (
     blur,
     fog,
@@ -72,10 +72,9 @@ def _vibrate(clip: Clip, seed: int, *, degrees: float) -> Clip:
 
 def _tilted(frame: np.ndarray, camera: Camera, pitch: float, roll: float) -> np.ndarray:
     """Return the image after a rotation of the camera: exact, except at the edges."""
-    turn = BODY_TO_PICTURE @ rotation(0.0, pitch, roll).T @ BODY_TO_PICTURE.T
     matrix = camera.matrix()
     return cv2.warpPerspective(
-        frame, matrix @ turn @ np.linalg.inv(matrix), frame.shape[::-1],
+        frame, matrix @ tilt(pitch, roll).T @ np.linalg.inv(matrix), frame.shape[::-1],
         borderMode=cv2.BORDER_REFLECT)
 
 

@@ -49,10 +49,9 @@ def _status(arguments: Sequence[str] | None) -> int:
         with handled(leave_at_once):
             from phase_traj_ros.cli.program import program_parser
     except ModuleNotFoundError as error:
-        say(f'phase_traj: error: the Python package {error.name} is missing: install'
-            ' python3-opencv, python3-numpy and python3-yaml (apt), or install'
-            ' phase_traj_ros with pip, which brings them')
-        return EXIT_BAD_INPUT
+        return _refused(
+            f'the Python package {error.name} is missing: install python3-opencv, python3-numpy'
+            ' and python3-yaml (apt), or install phase_traj_ros with pip, which brings them')
 
     try:
         with handled(raise_ended):
@@ -60,8 +59,7 @@ def _status(arguments: Sequence[str] | None) -> int:
             status: int | None = options.run(options)
     except PhaseTrajError as error:
         hint = ', or replace it with --force' if isinstance(error, ForeignFileError) else ''
-        say(escaped(f'phase_traj: error: {error}{hint}'))
-        status = EXIT_BAD_INPUT
+        status = _refused(f'{error}{hint}')
     except KeyboardInterrupt as error:
         number = error.number if isinstance(error, Ended) else signal.SIGINT
         say(line_of(number))
@@ -74,8 +72,7 @@ def _status(arguments: Sequence[str] | None) -> int:
         if error.filename is None:
             write_error(sys.stdout)
             return _unheard(error)
-        say(escaped(f'phase_traj: error: {error.filename}: {error.strerror}'))
-        status = EXIT_BAD_INPUT
+        status = _refused(f'{error.filename}: {error.strerror}')
     failed = write_error(sys.stdout)
     return (status or 0) if failed is None else _unheard(failed)
 
@@ -85,7 +82,12 @@ def _unheard(error: OSError) -> int:
     if isinstance(error, BrokenPipeError):
         say('phase_traj: the reader of the output has closed it')
         return status_of(signal.SIGPIPE)
-    say(f'phase_traj: error: cannot write to the standard output: {error.strerror}')
+    return _refused(f'cannot write to the standard output: {error.strerror}')
+
+
+def _refused(problem: str) -> int:
+    """Tell why the work cannot be done; return the exit status."""
+    say(escaped(f'phase_traj: error: {problem}'))
     return EXIT_BAD_INPUT
 
 

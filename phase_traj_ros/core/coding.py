@@ -44,7 +44,7 @@ class Coder:
     def reset(self) -> None:
         """Start again without codes."""
         self.codes.reset()
-        self._shifts.reset()
+        self._shifts = ShiftSummary()
 
     def code(
         self, status: PairStatus, dx: float | None, heading: HeadingUpdate | None, interval: float,

@@ -52,15 +52,15 @@ class DistanceMeter:
 
     def update(
         self, frame: Frame, heading: VisualCompass | None, measured: YawMeasurement | None,
-        status: PairStatus, stamp_ns: int, interval_ns: int, *, interval_deviation_ns: float = 0.0,
+        status: PairStatus, stamp_ns: int, interval_ns: int, *, interval_deviation: float = 0.0,
     ) -> Travel | None:
         """
         Add the next frame, (H, W), and return the distance of its pair; None if it has none.
 
         The frame must not change afterwards. Without the visual compass, ``heading``, no distance
         is measured; ``measured`` is None if the frames cannot be compared.
-        ``interval_deviation_ns`` is the standard deviation of ``interval_ns``, the time since the
-        previous frame.
+        ``interval_ns`` is the time since the previous frame, ``interval_deviation`` its standard
+        deviation in seconds.
         """
         if heading is None or not self._settings.measures_distance:
             return None
@@ -70,7 +70,7 @@ class DistanceMeter:
             on_road = self._meter.update(
                 frame, interval, None if measured is None else measured.motion,
                 yaw=None if measured is None else measured.yaw, still=status is PairStatus.STILL,
-                interval_deviation=interval_deviation_ns * 1e-9)
+                interval_deviation=interval_deviation)
             if on_road.state is TravelState.UNKNOWN and not status.judged:
                 on_road = replace(on_road, distance=0.0)
             on_road = on_road.scaled(1.0, heading.lens.focal_deviation)

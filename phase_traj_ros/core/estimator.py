@@ -320,9 +320,9 @@ class TrajectoryEstimator:
             stood=self._integration.distance_meter.heights_per_second == 0.0)
         if verdict.areas_changed:
             self._exclude_areas()
-        deviation_ns = math.hypot(self._repeats.deviation_ns, self._jitter.deviation_ns)
+        deviation = 1e-9 * math.hypot(self._repeats.deviation_ns, self._jitter.deviation_ns)
         return self._integration.add(
-            picture, pair, verdict, stamp_ns, waited_ns, interval_deviation_ns=deviation_ns)
+            picture, pair, verdict, stamp_ns, waited_ns, interval_deviation=deviation)
 
     def _count(self, stamp_ns: int) -> None:
         """Count a frame that can be used."""

@@ -83,7 +83,7 @@ class Integration:
         self.turns.clear()
         if self.heading is not None:
             self.heading.restart()
-        self._monitor.reset()
+        self._monitor = ReliabilityMonitor()
         self._has_turns = False
         self.distance_meter.reset()
         self.route.reset()
@@ -115,10 +115,10 @@ class Integration:
 
     def add(
         self, picture: Frame, pair: Comparison, verdict: Verdict, stamp_ns: int, interval_ns: int,
-        *, interval_deviation_ns: float,
+        *, interval_deviation: float,
     ) -> Update:
         """
-        Add a judged pair; ``interval_deviation_ns`` is the standard deviation of its interval.
+        Add a judged pair; ``interval_deviation`` is the standard deviation of its interval, in s.
 
         The update is relative to the newest frame, also if that was foreseen.
         """
@@ -132,10 +132,9 @@ class Integration:
         # The road shows whether the vehicle moves, even if the rest of the image does not.
         travel = self.distance_meter.update(
             picture, self.heading, pair.yaw, status, stamp_ns, interval_ns,
-            interval_deviation_ns=interval_deviation_ns)
+            interval_deviation=interval_deviation)
         odometry, links = self.route.add(
-            step, turned, travel, stamp_ns, interval_ns,
-            interval_deviation_ns=interval_deviation_ns)
+            step, turned, travel, stamp_ns, interval_ns, interval_deviation=interval_deviation)
         cut = pair.cut and self._settings.guards
         self._monitor.add(
             verdict.evidence, stamp_ns, interval_ns,

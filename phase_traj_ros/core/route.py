@@ -47,13 +47,13 @@ class Route:
 
     def add(
         self, step: Step, heading: HeadingStep | None, travel: Travel | None, stamp_ns: int,
-        interval_ns: int, *, interval_deviation_ns: float = 0.0,
+        interval_ns: int, *, interval_deviation: float = 0.0,
     ) -> tuple[Odometry | None, tuple[AnyDirection, ...]]:
         """
         Add a pair of frames: its codes, and its heading and distance if they are measured.
 
         Return its odometry, None if the distance is not known in metres, and the directions of
-        the equal links that end with it. ``interval_deviation_ns`` is that of ``interval_ns``.
+        the equal links that end with it. ``interval_deviation`` is that of its interval, in s.
         """
         if step.appended:
             self._chain_path.append(step.direction, stamp_ns)
@@ -67,7 +67,7 @@ class Route:
         if self._odometer is not None:
             return self._odometer.update(
                 heading, travel, stamp_ns, interval,
-                interval_deviation=interval_deviation_ns * 1e-9), links
+                interval_deviation=interval_deviation), links
         self._heading_path.append(heading.heading, heading.yaw, travel.distance, stamp_ns)
         return None, links
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 import math
 
-from phase_traj_ros.core.camera.lens import Lens, MAX_TILT_DEG
+from phase_traj_ros.core.camera.lens import check_tilt, Lens
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHOLD
 from phase_traj_ros.core.codes.links import MIN_STEP
 from phase_traj_ros.core.codes.sectors import HeadingSector
@@ -114,10 +114,7 @@ class EstimatorSettings:
             limit = getattr(self, name)
             if limit is not None and limit < 1:
                 raise ValueError(f'{name} is {limit}: give at least 1, or None to keep all')
-        if not abs(self.camera_pitch_deg) <= MAX_TILT_DEG:
-            raise ValueError(
-                f'camera_pitch_deg is {self.camera_pitch_deg}: give degrees from'
-                f' -{MAX_TILT_DEG:g} to {MAX_TILT_DEG:g}')
+        check_tilt('camera_pitch_deg', self.camera_pitch_deg)
         if self.connectivity == 8 and self.code_source is not CodeSource.HEADING:
             raise ValueError('connectivity is 8: this requires code_source heading; the other code'
                              ' sources give right angles only')

@@ -119,6 +119,12 @@ def rotation(yaw: float, pitch: float, roll: float) -> Floats:
         [-sp, cp * sr, cp * cr]])
 
 
+def tilt(pitch: float, roll: float) -> Floats:
+    """Return the 3 x 3 matrix from image axes to those of a level camera; angles in radians."""
+    matrix: Floats = BODY_TO_PICTURE @ rotation(0.0, pitch, roll) @ BODY_TO_PICTURE.T
+    return matrix
+
+
 def quaternion(pose: Pose) -> tuple[float, float, float, float]:
     """Return the orientation as a quaternion: x, y, z, w."""
     (cy, cp, cr) = np.cos((pose.yaw / 2, pose.pitch / 2, pose.roll / 2))
@@ -135,8 +141,7 @@ def level_view(camera: Camera, pitch: float, roll: float) -> tuple[Camera, Float
     The homography (3 x 3) maps the pixels of the tilted image to those of the level one. It is
     exact because both cameras are at the same point.
     """
-    tilt = BODY_TO_PICTURE @ rotation(0.0, pitch, roll) @ BODY_TO_PICTURE.T
-    to_level = tilt @ np.linalg.inv(camera.matrix())
+    to_level = tilt(pitch, roll) @ np.linalg.inv(camera.matrix())
     (right, bottom) = (camera.width - 1.0, camera.height - 1.0)
     corners = to_level @ np.array([
         [0.0, right, 0.0, right], [0.0, 0.0, bottom, bottom], [1.0, 1.0, 1.0, 1.0]])

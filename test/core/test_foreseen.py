@@ -118,7 +118,7 @@ def test_what_is_foreseen_is_within_its_variance():
     assert np.mean(np.abs(off) < 2.0 * said) > 0.9
     # Nor is it far more than the error.
     assert np.sqrt(np.mean(off ** 2)) > 0.2 * np.mean(said)
-    deviation = np.sqrt([update.odometry.yaw_variance for update in updates])
+    deviation = np.sqrt([update.odometry.covariance[2][2] for update in updates])
     foreseen = np.array([update.heading.foreseen > 0.0 for update in updates])
     assert (np.diff(deviation)[foreseen[1:] & ~foreseen[:-1]] > 0.0).all()
 

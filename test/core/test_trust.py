@@ -287,13 +287,15 @@ def test_a_reset_keeps_what_is_fixed_and_forgets_what_was_in_doubt(drive):
     assert np.mean(estimator.left_out == 0) > 0.2
     for number, frame in enumerate(barred[:15]):
         estimator.update(frame, 10**12 + number * TENTH)
-    assert estimator.reliability.reliable
+    assert estimator.reliability.reliable and estimator.reliability.start_ns == 10**12
 
 
 def test_the_hint_is_about_the_paper_s_rule(drive):
     estimator, _, _ = followed(drive, source=CodeSource.SHIFT, lens=None, threshold=40.0)
     hint = estimator.threshold_hint
     assert hint.misfit is Misfit.TOO_HIGH and 4.0 < hint.suggested_px < 12.0
+    estimator.reset()
+    assert estimator.threshold_hint is None
     estimator, _, _ = followed(
         drive, source=CodeSource.SHIFT, lens=None, threshold=hint.suggested_px)
     assert estimator.threshold_hint is None

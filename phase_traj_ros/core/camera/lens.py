@@ -27,6 +27,13 @@ ASSUMED_HFOV_DEG = 75.0
 _LEAST_FOCAL = 1e-3
 
 
+def check_tilt(name: str, angle: float) -> None:
+    """Raise a ``ValueError`` that names the value if a pitch or roll is out of its range."""
+    if not abs(angle) <= MAX_TILT_DEG:
+        raise ValueError(
+            f'{name} is {angle}: give degrees from -{MAX_TILT_DEG:g} to {MAX_TILT_DEG:g}')
+
+
 class LensOrigin(Enum):
     """Origin of a lens."""
 
@@ -92,11 +99,8 @@ class Lens:
                 object.__setattr__(self, name, getattr(self.estimate, name))
             object.__setattr__(self, 'offset', self.estimate.column_px / self.estimate.width)
             return
-        for name, angle in (('pitch_deg', self.pitch_deg), ('roll_deg', self.roll_deg)):
-            if not abs(angle) <= MAX_TILT_DEG:
-                raise ValueError(
-                    f'{name} is {angle}: give degrees from -{MAX_TILT_DEG:g} to'
-                    f' {MAX_TILT_DEG:g}')
+        check_tilt('pitch_deg', self.pitch_deg)
+        check_tilt('roll_deg', self.roll_deg)
         if not abs(self.offset) <= 0.5:
             raise ValueError(f'offset is {self.offset}: give a share of the width, -0.5 to 0.5')
         OneNumberLens(1.0, self.straightness)
@@ -114,11 +118,6 @@ class Lens:
         if self.focal_px or self.hfov_deg:
             return LensOrigin.GIVEN
         return LensOrigin.CALIBRATION if self.estimate is None else LensOrigin.DRIVE
-
-    @property
-    def calibrated(self) -> bool:
-        """Return whether the calibration is used."""
-        return self.camera is not None
 
     @property
     def horizon(self) -> Horizon:

@@ -46,8 +46,6 @@ class HeadingCode(ChainCode):
         """
         self._sector = HeadingSector(connectivity)
         self.directions = self._sector.directions
-        self.connectivity = connectivity
-        """Number of directions, 4 or 8."""
         super().__init__(max_runs=max_runs)
 
     @property

@@ -6,7 +6,6 @@ from collections import Counter, deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import chain, repeat
-from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
 from phase_traj_ros.core.codes.codes import Code
@@ -60,11 +59,6 @@ class CodeSeries(Generic[CodeT]):
         """Return the newest ``count`` runs, oldest first."""
         first = max(len(self._runs) - count, 0)
         return tuple(self._runs[index] for index in range(first, len(self._runs)))
-
-    @property
-    def totals(self) -> Mapping[CodeT, int]:
-        """Return how often each code was appended, including those in discarded runs."""
-        return MappingProxyType(self._totals)
 
     def totals_of(self, codes: type[Code]) -> tuple[int, ...]:
         """Return how often each code of the type ``codes`` was appended, in ascending order."""

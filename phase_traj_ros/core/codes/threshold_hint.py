@@ -65,10 +65,6 @@ class ShiftSummary:
 
     def __init__(self) -> None:
         """Make an empty summary."""
-        self.reset()
-
-    def reset(self) -> None:
-        """Start again without pairs."""
         self._newest: deque[float] = deque(maxlen=TUNING.lasting_pairs)
         self._pairs = self._beyond = self._turns = self._short = self._length = 0
         self._threshold = self._largest = self._fastest = 0.0

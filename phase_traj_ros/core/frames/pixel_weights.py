@@ -31,8 +31,11 @@ class PixelWeights:
 
     def as_seen(self, *, rotate_180: bool) -> NDArray[np.uint8] | None:
         """Return the weight of each pixel of the upright frame, (H, W), 0 to 255."""
-        current = self.current
-        if current is None:
+        if self.current is None:
             return None
-        levels = (255 * current).astype(np.uint8)
-        return np.ascontiguousarray(levels[::-1, ::-1]) if rotate_180 else levels
+        return upright((255 * self.current).astype(np.uint8), rotate_180=rotate_180)
+
+
+def upright(picture: NDArray[np.uint8], *, rotate_180: bool) -> NDArray[np.uint8]:
+    """Return a picture, (H, W), of a camera that is mounted upside down, if it is."""
+    return np.ascontiguousarray(picture[::-1, ::-1]) if rotate_180 else picture

@@ -26,7 +26,7 @@ class RepeatDetector:
 
     def forget(self) -> None:
         """Forget the frame: the next one is not a repetition."""
-        self._form = ''
+        self._encoding = ''
         self._frame: Frame | None = None
         self._halts = HaltDetector()
         self._video_interval_ns = self._repeats = 0
@@ -69,13 +69,13 @@ class RepeatDetector:
             even = self._repeats_before in (None, self._repeats)
             self._frames_since_repeat = self._frames_since_repeat + 1 if even else 0
             self._repeats_before, self._repeats = self._repeats, 0
-        self._frame, self._form = frame, encoding
+        self._frame, self._encoding = frame, encoding
 
     def _is_same(
         self, frame: Frame, interval_ns: int, encoding: str, by_motion: bool,
     ) -> bool:
         kept = self._frame
-        if (kept is None or encoding != self._form or kept.shape != frame.shape
+        if (kept is None or encoding != self._encoding or kept.shape != frame.shape
                 or kept.dtype != frame.dtype):
             return False
         if interval_ns < TUNING.same_time_ns:

@@ -74,19 +74,18 @@ class BendDetector:
         self._least_turn = least_turn
         # The newest bends that have ended, each with its counted quarters.
         self._ended: deque[tuple[Bend, int]] = deque(maxlen=TUNING.kept_bends)
-        # Start of the bend in progress, or of the next one, and its end so far.
-        self._first: PathPoint | None = None
-        self._end: PathPoint | None = None
-        # Its largest yaw rate, the distance at which it turned last, and the lowest score since.
-        self._peak = self._turned_at = self._lowest = 0.0
-        self._counted = 0
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget everything."""
-        self._ended.clear()
         self._quarters: list[tuple[int, int]] = []
         self._begin(None)
+
+    def _begin(self, first: PathPoint | None) -> None:
+        """Begin a bend at a point, or at the next frame."""
+        # Start of the bend in progress, or of the next one, and its end so far.
+        self._first = first
+        self._end: PathPoint | None = None
+        # Its largest yaw rate, the distance at which it turned last, and the lowest score since.
+        self._peak, self._counted = 0.0, 0
+        self._turned_at = 0.0 if first is None else first.distance
+        self._lowest = math.inf if first is None else self._score(first)
 
     @property
     def bend(self) -> Bend | None:
@@ -144,13 +143,6 @@ class BendDetector:
         """Return the start frame and the side of each quarter turn that has newly been counted."""
         new, self._quarters = self._quarters, []
         return new
-
-    def _begin(self, first: PathPoint | None) -> None:
-        """Begin a bend at a point, or at the next frame."""
-        self._first, self._end = first, None
-        self._peak, self._counted = 0.0, 0
-        self._turned_at = 0.0 if first is None else first.distance
-        self._lowest = math.inf if first is None else self._score(first)
 
     def _score(self, point: PathPoint) -> float:
         """Return the cumulative sum at a point."""

@@ -73,12 +73,6 @@ class TurnDetector:
         self._min_angle = min_angle_deg
         # Each side separately: a pair to the other side does not end a turn.
         self._sides = tuple(BendDetector(sign, min_angle_deg) for sign in (1, -1))
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget everything: the next frame is the first."""
-        for side in self._sides:
-            side.reset()
         self._last: PathPoint | None = None
         # Turns that have ended since the newest frame, by a cut or a correction.
         self._waiting: list[Turn] = []

@@ -68,7 +68,7 @@ class VisualCompass(YawCamera):
     def restart(self) -> None:
         """Restart at heading 0 with the newest frame; a learned camera is kept."""
         self.tracker.reset()
-        self._turns.reset()
+        self._turns = TurnDetector()
 
     def finish(self) -> list[Turn]:
         """Return the turn in progress at the end, if it has reached the minimum angle."""

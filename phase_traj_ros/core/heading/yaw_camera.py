@@ -13,8 +13,8 @@ from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
-from phase_traj_ros.core.correlation.phase_correlation import check_frame, Shift
-from phase_traj_ros.core.frames.pixel_weights import PixelWeights
+from phase_traj_ros.core.correlation.phase_correlation import Shift
+from phase_traj_ros.core.frames.pixel_weights import PixelWeights, upright
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
@@ -90,7 +90,7 @@ class YawCamera:
     def model(self) -> CameraModel:
         """Return the camera model of the upright image, for frames like the newest one."""
         camera = self.lens.camera_for((self._shape[0], self._shape[1]))
-        return camera.turned_180() if self._rotate_180 and self.lens.calibrated else camera
+        return camera.turned_180() if self._rotate_180 and self.lens.camera else camera
 
     @property
     def pixel_weights(self) -> NDArray[np.float32] | None:
@@ -166,7 +166,7 @@ class YawCamera:
             turns = measurement is not None and not measurement.may_be_traffic
             yaw = measurement.yaw if measurement is not None and turns else None
             self._learned |= self._learning.update(
-                _upright(frame) if self._rotate_180 else frame,
+                upright(frame, rotate_180=self._rotate_180),
                 0.0 if yaw is None else self._focal[0] * limited_tan(yaw), interval)
         return measurement
 
@@ -218,14 +218,11 @@ class YawCamera:
         if self._weights.mask is not None:
             check_size(frame, self._weights.mask)
         camera = lens.camera_for((frame.shape[0], frame.shape[1]))
-        if self._rotate_180 and not lens.calibrated:
+        if self._rotate_180 and not lens.camera:
             # Numbers and estimates describe the upright image, calibrations the frames.
             camera = camera.turned_180()
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
-        # A rejected frame must not change the state.
-        check_frame(projection(frame))
-        meter = YawMeter(
-            projection, mask=self._weights.mask, keyframes=self._keyframes)
+        meter = YawMeter(projection, mask=self._weights.mask, keyframes=self._keyframes)
         if self._weights.keep_for(frame.shape):
             meter.use_mask(self._weights.current)
         self._focal = (camera.fx, camera.fy)
@@ -237,7 +234,3 @@ class YawCamera:
 def limited_tan(angle: float) -> float:
     """Return the tangent of an angle in radians, limited to what a picture may show."""
     return math.tan(min(max(angle, -1.5), 1.5))
-
-
-def _upright(frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    return np.ascontiguousarray(frame[::-1, ::-1])

@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-What the locator is given: steps of an odometry, a prior, position fixes, and a range of the scale.
+The inputs of the locator: steps of an odometry, the scale, a prior, and position fixes.
 
 Positions are in the metres of the map, x to the east and y to the north. Headings are in radians,
 counter-clockwise from the east.
@@ -10,8 +10,10 @@ counter-clockwise from the east.
 from dataclasses import dataclass
 import math
 
-# Variance of a position in square metres, above which it says nothing about a place on Earth.
+# Largest variance of a fix in square metres: a standard deviation of 1000 km.
 _MOST_VARIANCE = 1e12
+# Standard deviation of the logarithm of a scale that is given exactly.
+_LEAST_DEVIATION = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,17 +24,17 @@ class OdometryStep:
     stamp_ns
         Stamp of the second pose, in nanoseconds.
     distance
-        Distance along the path, negative in reverse, in the unit of the odometry: metres or, for
-        example, heights of the camera.
+        Distance along the path, negative in reverse, in the unit of the odometry, such as metres
+        or camera heights.
     yaw
         Change of the heading in radians, positive to the left.
     distance_variance
-        Variance of the distance that is independent of other steps, in squares of its unit.
+        Variance of the distance in squares of its unit, independent of other steps.
     yaw_variance
         Variance of the yaw in square radians.
     scale_variance
-        Variance of the change of the logarithm of the metres per unit during the step: by how much
-        the scale of the odometry drifts beyond the 1 % per root of 100 m that is assumed of any.
+        Variance of the change of the logarithm of the scale during the step, in addition to the
+        default drift of 1 % per root of 100 m.
     """
 
     stamp_ns: int
@@ -66,15 +68,16 @@ class OdometryStep:
         stamp_ns: int, distance_variance: float = 0.0, yaw_variance: float = 0.0,
     ) -> 'OdometryStep':
         """
-        Return the step between two planar poses: x, y and yaw, of which the yaw is in radians.
+        Return the step between two planar poses, each x, y and yaw in radians.
 
-        The distance is the length of the chord. It is negative if the chord points backwards.
+        The distance is the length of the chord, negative if the chord points backwards. The other
+        arguments and the errors are those of the step.
         """
-        across, along = after[0] - before[0], after[1] - before[1]
+        dx, dy = after[0] - before[0], after[1] - before[1]
         yaw = math.remainder(after[2] - before[2], math.tau)
         middle = before[2] + yaw / 2
-        forward = across * math.cos(middle) + along * math.sin(middle) >= 0.0
-        distance = math.hypot(across, along)
+        forward = dx * math.cos(middle) + dy * math.sin(middle) >= 0.0
+        distance = math.hypot(dx, dy)
         return cls(
             stamp_ns=stamp_ns, distance=distance if forward else -distance, yaw=yaw,
             distance_variance=distance_variance, yaw_variance=yaw_variance)
@@ -83,10 +86,10 @@ class OdometryStep:
 @dataclass(frozen=True, slots=True)
 class ScaleRange:
     """
-    Range of the metres per unit of the odometry, about 95 % of the probability.
+    Range of the scale, the metres per unit of the odometry; it holds 95 % of the probability.
 
-    ``ScaleRange(0.9, 1.1)`` is an odometry in metres within 5 % (one standard deviation);
-    ``ScaleRange(1.1, 2.2)`` one in unknown heights of the camera of a car.
+    ``ScaleRange(0.9, 1.1)`` is for an odometry in metres with a standard deviation of 5 %,
+    ``ScaleRange(1.1, 2.2)`` for one in heights of a car camera whose height is unknown.
     """
 
     least: float = 0.9
@@ -99,7 +102,7 @@ class ScaleRange:
         Raises
         ------
         ValueError
-            The range is empty, or not of finite positive numbers.
+            The range is empty, or a bound is not positive and finite.
 
         """
         if not 0.0 < self.least <= self.most < math.inf:
@@ -113,9 +116,9 @@ class ScaleRange:
         return math.sqrt(self.least * self.most)
 
     @property
-    def half_width(self) -> float:
-        """Return half of the width of the range, in natural logarithms."""
-        return math.log(self.most / self.least) / 2
+    def log_deviation(self) -> float:
+        """Return the standard deviation of the natural logarithm of the scale, at least 1e-6."""
+        return max(math.log(self.most / self.least) / 2 / 1.96, _LEAST_DEVIATION)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +126,8 @@ class Prior:
     """
     Where the vehicle starts: anywhere within a radius around a point.
 
+    x, y, radius
+        The point and the radius in metres of the map.
     heading, heading_deviation
         Heading in radians, and its standard deviation; None if the heading is unknown.
     """
@@ -140,7 +145,8 @@ class Prior:
         Raises
         ------
         ValueError
-            The point is not finite, or the radius or the deviation is not positive.
+            The point is not finite, the radius is not positive and finite, or the deviation is
+            not positive.
 
         """
         if not (math.isfinite(self.x) and math.isfinite(self.y)):
@@ -164,8 +170,7 @@ class PositionFix:
     covariance_xy
         Covariance of x and y in square metres.
     stamp_ns
-        When the vehicle was there, in nanoseconds on the clock of the odometry; None for the
-        newest pose.
+        Stamp in nanoseconds on the clock of the odometry; None for that of the newest pose.
     """
 
     x: float
@@ -182,8 +187,8 @@ class PositionFix:
         Raises
         ------
         ValueError
-            A number is not finite, or the covariance is not positive definite, or a variance is
-            above 1e12.
+            A number is not finite, the covariance is not positive definite, or a variance is above
+            1e12.
 
         """
         numbers = (self.x, self.y, self.variance_x, self.variance_y, self.covariance_xy)

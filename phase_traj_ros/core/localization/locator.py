@@ -7,38 +7,36 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
+from phase_traj_ros.core.localization.claim import Claim, DepartureDetector
 from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimate
-from phase_traj_ros.core.localization.fixes import (
-    FixGate,
+from phase_traj_ros.core.localization.filter.hypotheses import Hypotheses
+from phase_traj_ros.core.localization.filter.likelihood import NullHypothesis, weigh
+from phase_traj_ros.core.localization.filter.motion import MotionModel
+from phase_traj_ros.core.localization.filter.resampling import merged, pruned, resampled, split
+from phase_traj_ros.core.localization.filter.scales import ScaleCorrection
+from phase_traj_ros.core.localization.filter.seeding import Seeding
+from phase_traj_ros.core.localization.filter.strides import DeadReckoning, Stride
+from phase_traj_ros.core.localization.fixes.gate import FixGate, GateDecision
+from phase_traj_ros.core.localization.fixes.likelihood import (
     log_likelihood,
     log_likelihood_off_road,
     radius_of,
-    Verdict,
 )
+from phase_traj_ros.core.localization.fixes.track import Track
 from phase_traj_ros.core.localization.given import OdometryStep, PositionFix, Prior, ScaleRange
-from phase_traj_ros.core.localization.hypotheses import (
-    Hypotheses,
-    merged,
-    pruned,
-    resampled,
-    split,
-)
-from phase_traj_ros.core.localization.likelihood import judge, NullRoad
-from phase_traj_ros.core.localization.motion import Motion
-from phase_traj_ros.core.localization.places import Astray, Claim, Place, Places
+from phase_traj_ros.core.localization.places import Place, Places
 from phase_traj_ros.core.localization.roads import PIECE_M, RoadMap
-from phase_traj_ros.core.localization.seeding import Scales, Seeding
 from phase_traj_ros.core.localization.settings import LocatorSettings
-from phase_traj_ros.core.localization.window import Odometer, Stride, Track
+from phase_traj_ros.core.path.odometry import covariance_rows
 
 
 class MapLocator:
     """
-    Finds where on a road map a vehicle is, from its odometry alone.
+    Locates a vehicle on a road map by map matching of its odometry.
 
-    Hypotheses about the place follow the odometry along the roads. Those whose roads bend
-    otherwise than the odometry lose weight. The random numbers have a fixed seed, so equal input
-    gives equal output.
+    The hypotheses of a particle filter follow the odometry along the roads. Those whose roads
+    bend differently lose weight. The random numbers have a fixed seed, so equal input gives equal
+    output.
     """
 
     def __init__(
@@ -53,12 +51,12 @@ class MapLocator:
         roads
             The map.
         scale
-            Metres per unit of the odometry; None for an odometry in metres within 5 %.
+            Metres per unit of the odometry; None for ``ScaleRange()``, an odometry in metres.
         prior
-            Where on the map the vehicle starts; None for anywhere, if it is on it at all: then no
-            place is claimed before some turns.
+            Where on the map the vehicle starts; None for anywhere on the map or off its roads.
+            Without a prior, no place is claimed before some turns.
         settings
-            The tuning; None for the defaults.
+            The settings; None for the defaults.
         seed
             Seed of the random numbers.
 
@@ -72,35 +70,35 @@ class MapLocator:
         self._scale = scale or ScaleRange()
         self._roads = roads
         self._rng = np.random.default_rng(seed)
-        self._scales = Scales(self._scale, self._settings)
-        self._seeding = Seeding(roads, self._scales, self._settings, self._rng)
-        self._motion = Motion(roads, self._scale, self._settings)
+        self._scale_correction = ScaleCorrection(self._scale, self._settings)
+        self._seeding = Seeding(roads, self._scale, self._settings, self._rng)
+        self._motion = MotionModel(roads, self._scale, self._settings)
         self._places = Places(roads, self._settings)
-        self._odometer = Odometer(
+        self._reckoning = DeadReckoning(
             self._settings.stride_m / self._scale.middle, self._settings.chord_strides)
         self._claim = Claim(self._settings, on_map=prior is not None)
-        self._astray = Astray(self._settings)
+        self._departure = DepartureDetector(self._settings)
         self._gate = FixGate(self._settings)
-        self._null = NullRoad(self._settings)
-        mapped = math.log1p(-self._settings.null_share)
+        self._null = NullHypothesis(self._settings)
+        log_mapped = math.log1p(-self._settings.null_share)
         self._per_piece = min(
             max(self._settings.most_at_start // len(roads), self._settings.per_piece),
             self._settings.most_per_piece)
-        self._them = (
-            self._seeding.anywhere(self._odometer, mapped, copies=self._per_piece) if prior is None
-            else self._seeding.around(prior, self._odometer, mapped))
+        self._hypotheses = (
+            self._seeding.anywhere(self._reckoning, log_mapped, copies=self._per_piece)
+            if prior is None else self._seeding.around(prior, self._reckoning, log_mapped))
         self._track = Track()
-        self._way = self._seeded = 0.0
+        self._travelled = self._seeded_at = 0.0
         self._past: deque[_Moment] = deque(maxlen=self._settings.u_turn_strides)
-        self._found = self._places.best(self._them, self._log_total())
+        self._found = self._places.best(self._hypotheses, self._log_total())
 
     def update(self, step: OdometryStep) -> LocationEstimate:
         """
-        Take the next step of the odometry; return the place after it.
+        Take the next step of the odometry; return the estimate after it.
 
-        The hypotheses are judged every 5 m. Steps between only move the last estimate.
+        The filter is updated every 5 m. The steps in between displace its last result.
         """
-        stride = self._odometer.add(step)
+        stride = self._reckoning.add(step)
         if stride is not None:
             self._follow(stride)
         self._track.add(step.stamp_ns, *self._newest)
@@ -108,69 +106,77 @@ class MapLocator:
 
     @property
     def _newest(self) -> tuple[complex, float]:
-        """Return the newest place of the odometry, in its axes and unit, and the metres driven."""
-        since = self._odometer.since
-        return self._odometer.place + since, self._way + abs(since) * self._scale.middle
+        """Return the newest position, in the axes of the odometry, and the metres travelled."""
+        since = self._reckoning.since
+        return (
+            self._reckoning.position + since, self._travelled + abs(since) * self._scale.middle)
 
     def _follow(self, stride: Stride) -> None:
-        """Move and judge the hypotheses by a stride."""
+        """Update the filter and the claim by a stride."""
         settings, metres = self._settings, stride.distance * self._scale.middle
         most = max(settings.most_hypotheses, (self._per_piece + 1) * len(self._roads))
-        self._way += metres
-        them = self._motion.advance(self._them, stride, most, self._rng)
-        self._null.follow(stride, metres, judge(them, stride, settings))
-        self._them = self._turned_back(them, stride, most)
-        self._seed_sometimes()
-        them = merged(pruned(self._them, settings), settings, self._rng)
-        them = resampled(them, most, self._rng)
-        copies = self._scales.after(them, stride, metres)
-        self._them = split(them, min(copies * self._fewest(), settings.most_hypotheses))
+        self._travelled += metres
+        hypotheses = self._motion.advance(self._hypotheses, stride, most, self._rng)
+        self._null.follow(stride, metres, weigh(hypotheses, stride, settings))
+        self._hypotheses = self._with_u_turns(hypotheses, stride, most)
+        self._reseed()
+        hypotheses = merged(pruned(self._hypotheses, settings), settings, self._rng)
+        hypotheses = resampled(hypotheses, most, self._rng)
+        copies = self._scale_correction.follow(hypotheses, stride, metres)
+        self._hypotheses = split(
+            hypotheses, min(copies * self._fewest(), settings.most_hypotheses))
         if self._claim.leads:
-            # Some vehicles leave the roads of the map. While no place leads, most hypotheses are
-            # wrong, and the null hypothesis would inherit what all of them gain on straights.
+            # The vehicle may leave the roads. While no place leads, most hypotheses are wrong, and
+            # their gains on straight roads would pass to the null hypothesis.
             self._null.log_weight = float(np.logaddexp(
-                self._null.log_weight, self._them.log_total + math.log(settings.null_hazard)))
-        self._found = self._places.best(self._them, self._log_total())
+                self._null.log_weight,
+                self._hypotheses.log_total + math.log(settings.null_hazard)))
+        self._found = self._places.best(self._hypotheses, self._log_total())
         self._claim.follow(self._found[0], metres, turned=self._null.turned)
-        if self._claim.leads and self._astray.follow(
-                self._way, self._them.log_total - self._null.log_alone):
-            # The vehicle may be on no road as well as on these.
-            self._null.log_weight = max(self._null.log_weight, self._them.log_total)
-            self._seeded = self._way
+        if self._claim.leads and self._departure.follow(
+                self._travelled, self._hypotheses.log_total - self._null.log_evidence):
+            # The null hypothesis becomes at least as probable as all roads together.
+            self._null.log_weight = max(self._null.log_weight, self._hypotheses.log_total)
+            self._seeded_at = self._travelled
             self._claim.drop()
 
-    def _seed_sometimes(self) -> None:
-        """Let vehicles on no road of the map come back to one."""
+    def _reseed(self) -> None:
+        """Seed the whole map from time to time while the vehicle is probably off the roads."""
         settings, null = self._settings, self._null
         share = math.exp(null.log_weight - self._log_total())
-        if share > settings.away and self._way - self._seeded > settings.reseed_every_m:
-            self._seeded = self._way
+        if (share > settings.away
+                and self._travelled - self._seeded_at > settings.reseed_every_m):
+            self._seeded_at = self._travelled
             returning = null.log_weight + math.log(settings.return_anywhere)
-            self._them = self._them.joined(self._seeding.anywhere(self._odometer, returning))
+            self._hypotheses = self._hypotheses.joined(
+                self._seeding.anywhere(self._reckoning, returning))
             null.log_weight += math.log1p(-settings.return_anywhere)
 
-    def _turned_back(self, them: Hypotheses, stride: Stride, most: int) -> Hypotheses:
-        """Return the hypotheses and, after a U-turn, also those that turned back on their road."""
-        settings, odometer = self._settings, self._odometer
+    def _with_u_turns(self, hypotheses: Hypotheses, stride: Stride, most: int) -> Hypotheses:
+        """Return the hypotheses; after a U-turn, also those that turned back on their road."""
+        settings, reckoning = self._settings, self._reckoning
         before = self._past[0] if len(self._past) == self._past.maxlen else None
         self._past.append(_Moment(
-            self._them if len(self._them) <= settings.most_hypotheses else None,
-            stride.heading, odometer.place, self._null.log_fit))
-        if before is None or before.them is None or not len(before.them):
-            return them
-        turned = abs(abs(stride.heading - before.heading) - math.pi)
-        if turned > settings.u_turn or stride.bend > math.pi / 2:
-            return them
+            self._hypotheses if len(self._hypotheses) <= settings.most_hypotheses else None,
+            stride.heading, reckoning.position, self._null.log_fit))
+        if before is None or before.hypotheses is None or not len(before.hypotheses):
+            return hypotheses
+        off = abs(abs(stride.heading - before.heading) - math.pi)
+        if off > settings.u_turn or stride.bend > math.pi / 2:
+            return hypotheses
         self._past.clear()
-        back = self._motion.turned_back(before.them, odometer.place - before.place, most)
+        back = self._motion.turned_back(
+            before.hypotheses, reckoning.position - before.position, most)
         back.log_weight = back.log_weight + (
             math.log(settings.turn_back) + self._null.log_fit - before.log_fit)
-        return them.joined(self._seeding.retraced(back, odometer))
+        return hypotheses.joined(self._seeding.retraced(back, reckoning))
 
     def _log_total(self) -> float:
-        return float(np.logaddexp(self._them.log_total, self._null.log_weight))
+        """Return the logarithm of the total weight, including the null hypothesis."""
+        return float(np.logaddexp(self._hypotheses.log_total, self._null.log_weight))
 
     def _fewest(self) -> int:
+        """Return the number below which hypotheses are split."""
         settings = self._settings
         return settings.fewest_hypotheses if self._claim.leads else min(
             settings.fewest_searching, self._per_piece * len(self._roads))
@@ -178,126 +184,130 @@ class MapLocator:
     def _estimate(self, stamp_ns: int) -> LocationEstimate:
         place, candidates = self._found[0], tuple(map(self._candidate, self._found))
         best, scale = candidates[0], math.exp(place.log_scale)
-        one, two, three = place.covariance.tolist()
         return LocationEstimate(
             stamp_ns=stamp_ns, claimed=self._claim.held, x=best.x, y=best.y, heading=best.heading,
-            probability=best.probability, covariance=(tuple(one), tuple(two), tuple(three)),
-            scale=scale, scale_deviation=scale * place.scale_deviation, candidates=candidates,
-            off_road=math.exp(self._null.log_weight - self._log_total()))
+            probability=best.probability, covariance=covariance_rows(place.covariance),
+            scale=scale, scale_deviation=scale * place.scale_deviation, candidates=candidates)
 
     def _candidate(self, place: Place) -> Candidate:
-        middle = place.carried(self._odometer.since)
+        position = place.displaced(self._reckoning.since)
         return Candidate(
-            middle.real, middle.imag,
-            math.remainder(self._odometer.heading + place.turned, math.tau),
+            position.real, position.imag,
+            math.remainder(self._reckoning.heading + place.rotation, math.tau),
             min(place.probability, 1.0))
 
     def fix(self, fix: PositionFix) -> bool:
         """
-        Take a position; return whether it was used.
+        Take a position fix; return whether it was used.
 
-        It is compared with the place at its stamp. A stamp that is more than 5 s older than the
-        newest pose, before the last interruption, or more than 1 s ahead, is not used.
+        The fix applies to the pose at its stamp. It is not used if the stamp is more than 5 s
+        older than the newest pose, more than 1 s ahead of it, or before the last interruption.
 
-        A fix that contradicts the place that leads, its own covariance and the odometry since is
-        not used, unless the next ones agree with it. A fix that comes less than 5 m after the last
-        one is not used either: successive fixes share their errors. One that agrees proves the
-        place, if it is exact enough to tell it from others.
+        A fix that contradicts the leading place is not used, unless several successive ones agree
+        with each other. Nor is a fix less than 5 m after the last one: successive fixes share
+        their errors. A fix that agrees with the leading place proves it, if its standard deviation
+        is less than the radius of a place.
         """
         try:
-            then, way = self._newest if fix.stamp_ns is None else self._track.at(fix.stamp_ns)
+            position, travelled = (
+                self._newest if fix.stamp_ns is None else self._track.at(fix.stamp_ns))
         except ValueError:
             return False
-        since, place = then - self._odometer.place, self._found[0]
-        verdict = self._gate.judge(
-            fix, way, place.carried(since) if self._claim.leads else None,
+        since, place = position - self._reckoning.position, self._found[0]
+        decision = self._gate.judge(
+            fix, travelled, place.displaced(since) if self._claim.leads else None,
             place.covariance[:2, :2])
-        if verdict is Verdict.IGNORED:
+        if decision is GateDecision.REJECT:
             return False
-        if verdict is Verdict.TRUSTED:
-            self._start_again_at(fix, since)
+        if decision is GateDecision.RESTART:
+            self._restart_at(fix, since)
         else:
             self._weigh(fix, since)
             if radius_of(fix) < self._settings.mode_m:
                 self._claim.prove()
-        self._found = self._places.best(self._them, self._log_total())
+        self._found = self._places.best(self._hypotheses, self._log_total())
         return True
 
     def _weigh(self, fix: PositionFix, since: complex) -> None:
-        """Weigh the hypotheses by a fix; its errors are as correlated as those of chords."""
-        settings, them, area = self._settings, self._them, self._roads.area
-        fit = log_likelihood(fix, them.carried(since), area, settings)
-        them.log_weight = them.log_weight + settings.tempering * fit
-        self._null.take(settings.tempering * log_likelihood_off_road(fix, area, settings))
-
-    def _start_again_at(self, fix: PositionFix, since: complex) -> None:
         """
-        Believe that the vehicle was where a fix is, but for a doubt.
+        Weigh the hypotheses by a fix, tempered like a chord: successive fixes are correlated.
+
+        ``since`` is the displacement of the odometry from the last stride to the fix.
+        """
+        settings, hypotheses, area = self._settings, self._hypotheses, self._roads.area
+        fit = log_likelihood(fix, hypotheses.displaced(since), area, settings)
+        hypotheses.log_weight = hypotheses.log_weight + settings.tempering * fit
+        self._null.add_log_likelihood(
+            settings.tempering * log_likelihood_off_road(fix, area, settings))
+
+    def _restart_at(self, fix: PositionFix, since: complex) -> None:
+        """
+        Seed hypotheses around a fix, and reduce all others to the probability of an outlier.
 
         ``since`` is the displacement of the odometry from the last stride to the fix.
         """
         settings = self._settings
-        total, doubt = self._log_total(), math.log(settings.fix_outliers)
-        self._them.log_weight = self._them.log_weight + doubt
-        self._null.log_weight = total + doubt
-        # Nothing tells in which direction it has moved since.
-        moved = abs(self._odometer.since - since) * self._scale.middle
+        total, outlier = self._log_total(), math.log(settings.fix_outliers)
+        self._hypotheses.log_weight = self._hypotheses.log_weight + outlier
+        self._null.log_weight = total + outlier
+        # The direction of the motion since the fix is not known.
+        moved = abs(self._reckoning.since - since) * self._scale.middle
         prior = Prior(
             fix.x, fix.y, 3.0 * math.hypot(radius_of(fix), settings.fix_road_m) + moved)
         if self._roads.distance_to(fix.x, fix.y) <= prior.radius:
-            near = self._seeding.around(prior, self._odometer, total)
+            near = self._seeding.around(prior, self._reckoning, total)
             near.log_weight = near.log_weight + log_likelihood(
-                fix, near.carried(since), self._roads.area, settings)
+                fix, near.displaced(since), self._roads.area, settings)
             near.log_weight += total - near.log_total
-            self._them = self._them.joined(near)
+            self._hypotheses = self._hypotheses.joined(near)
         self._claim.drop()
-        self._astray.forget()
+        self._departure.reset()
         self._past.clear()
 
     def interrupt(self, distance: float, *, turn: float = 0.0) -> None:
         """
-        Report a gap, a cut or a reset of the odometry: the vehicle may have moved unseen.
+        Report a gap, a cut or a reset of the odometry: the vehicle may have moved unobserved.
 
         Parameters
         ----------
         distance
-            Largest distance that the vehicle may have driven meanwhile, in metres.
+            Largest distance that the vehicle may have driven in the meantime, in metres.
         turn
-            Standard deviation of the unseen change of the heading in radians; pi or more if
-            nothing is known of it, as after a reset.
+            Standard deviation of the unobserved change of the heading in radians; pi or more if
+            it is unknown, as after a reset.
 
         Raises
         ------
         ValueError
-            An argument is negative or not finite.
+            An argument is negative or NaN, or the distance is infinite.
 
         """
         if not (0.0 <= distance < math.inf and turn >= 0.0):
             raise ValueError(
                 f'the interruption is of {distance} m and {turn} rad: give numbers of 0 or more')
-        settings, since = self._settings, self._odometer.since
-        self._odometer.begin_again()
+        settings, since = self._settings, self._reckoning.since
+        self._reckoning.restart()
         self._past.clear()
-        self._gate.forget()
-        self._track.forget()
-        self._astray.forget()
-        # Some hypotheses stand for all. Each spreads over the roads that it may have reached.
+        self._gate.reset()
+        self._track.reset()
+        self._departure.reset()
+        # A sample of the hypotheses spreads over the roads that each may have reached.
         spread = self._seeding.spread(
-            resampled(self._them, settings.spread_from, self._rng), since, distance + PIECE_M,
-            turn, self._odometer)
+            resampled(self._hypotheses, settings.spread_from, self._rng), distance + PIECE_M,
+            turn, since, self._reckoning)
         if len(spread):
-            self._them = resampled(
+            self._hypotheses = resampled(
                 merged(spread, settings, self._rng), settings.most_hypotheses, self._rng)
-        self._found = self._places.best(self._them, self._log_total())
+        self._found = self._places.best(self._hypotheses, self._log_total())
         if self._found[0].probability < settings.drop_below:
             self._claim.drop()
 
 
 @dataclass(frozen=True, slots=True)
 class _Moment:
-    """The hypotheses of a stride, unless they are too many, and what was known of it."""
+    """The state at a stride, for U-turns; without the hypotheses if there are too many."""
 
-    them: Hypotheses | None
+    hypotheses: Hypotheses | None
     heading: float
-    place: complex
+    position: complex
     log_fit: float

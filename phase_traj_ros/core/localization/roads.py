@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The road map: directed pieces of road, and which follow which."""
+"""The road map: directed pieces of road, and the successors of each."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,31 +15,31 @@ Complexes = NDArray[np.complex128]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-#: Length of the longest piece, in metres.
+#: Largest length of a piece, in metres.
 PIECE_M = 5.0
-# Vertices closer to the one before are left out, unless ways meet there: they would only slow the
-# hypotheses down.
+# Nodes closer to the previous one are left out, unless ways meet there: each adds a piece, and
+# with it computing time.
 _SHORTEST_M = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class RoadMap:
     """
-    Roads as directed pieces of at most 5 m, in metres, x to the east and y to the north.
+    Roads as directed pieces of at most 5 m.
 
-    Each piece of road is here twice, once per direction. Make it with `from_ways` or
-    `from_polylines`.
+    Positions are in metres, x to the east and y to the north. Each piece of road appears twice,
+    once per direction. Make a map with ``from_ways`` or ``from_polylines``.
 
     starts, ends
-        Where each piece starts and ends, (N, 2).
+        Start and end of each piece, (N, 2).
     length, direction
         Length in metres and direction in radians, counter-clockwise from the east, (N,).
     reverse
-        The same piece in the other direction, (N,).
+        Index of the same piece in the opposite direction, (N,).
     against
-        Whether the piece leads against a one-way street, (N,) bool.
+        Whether the piece leads against a one-way street, (N,).
     first, successors
-        Piece i is followed by ``successors[first[i]:first[i + 1]]``; first is (N + 1,).
+        The successors of piece i are ``successors[first[i]:first[i + 1]]``; first is (N + 1,).
     """
 
     starts: Floats
@@ -57,53 +57,54 @@ class RoadMap:
         one_way: Sequence[int] | None = None,
     ) -> 'RoadMap':
         """
-        Return the map of ways that share nodes.
+        Return the map of ways, the polylines of roads as in OpenStreetMap, that share nodes.
 
         Parameters
         ----------
         nodes
             Positions in metres, (M, 2).
         ways
-            For each way, the indices of its nodes in order. Ways meet where they share a node;
-            ways that cross without a shared node do not meet, as on a bridge.
+            The indices of the nodes of each way, in order. Ways meet at the nodes that they
+            share; ways that cross without a shared node do not meet, as at a bridge.
         one_way
-            For each way 1 if traffic goes in its order only, -1 if only in the opposite order, and
-            0 if it goes both ways; None if all do.
+            For each way: 1 if it is one-way in its order, -1 against its order, and 0 if it is not
+            one-way; None if none is.
 
         Raises
         ------
         ValueError
-            There is no way of two different places, or an index or a position is not valid.
+            No way has two different positions, ``one_way`` has another length than ``ways``, an
+            index is out of range, or a position is not finite.
 
         """
-        places = np.asarray(nodes, np.float64).reshape(-1, 2)
+        positions = np.asarray(nodes, np.float64).reshape(-1, 2)
         rules = [0] * len(ways) if one_way is None else one_way
         if len(rules) != len(ways):
             raise ValueError(f'one_way has {len(rules)} entries: give one for each of {len(ways)}')
         listed = [np.asarray(way, np.int64) for way in ways]
         every = np.concatenate([np.empty(0, np.int64), *listed])
-        if len(every) and not (every.min() >= 0 and every.max() < len(places)):
-            raise ValueError(f'a way names a node that is not among the {len(places)}')
-        if not np.isfinite(places[every]).all():
+        if len(every) and not (every.min() >= 0 and every.max() < len(positions)):
+            raise ValueError(f'a way names a node that is not among the {len(positions)}')
+        if not np.isfinite(positions[every]).all():
             raise ValueError('a position is not finite: give metres')
-        shared = np.bincount(every, minlength=len(places)) > 1
-        thinned = [_thinned(places, way, shared) for way in listed]
+        shared = np.bincount(every, minlength=len(positions)) > 1
+        thinned = [_thinned(positions, way, shared) for way in listed]
         tails = np.concatenate([np.empty(0, np.int64), *(way[:-1] for way in thinned)])
         heads = np.concatenate([np.empty(0, np.int64), *(way[1:] for way in thinned)])
         rule = np.repeat(np.asarray(rules, np.int64), [max(len(way) - 1, 0) for way in thinned])
-        real = np.hypot(*(places[heads] - places[tails]).T) > 0.0
+        real = np.hypot(*(positions[heads] - positions[tails]).T) > 0.0
         if not real.any():
             raise ValueError('the map has no roads: give at least one way of two different places')
-        return _pieces(places, tails[real], heads[real], rule[real])
+        return _pieces(positions, tails[real], heads[real], rule[real])
 
     @classmethod
     def from_polylines(
         cls, polylines: Sequence[ArrayLike], one_way: Sequence[int] | None = None,
     ) -> 'RoadMap':
         """
-        Return the map of polylines in metres, each (K, 2), which meet where vertices are equal.
+        Return the map of polylines in metres, each (K, 2), which meet at equal vertices.
 
-        ``one_way`` and the errors are those of `from_ways`.
+        ``one_way`` and the errors are those of ``from_ways``.
         """
         lines = [np.asarray(line, np.float64).reshape(-1, 2) for line in polylines]
         nodes, index = np.unique(
@@ -117,24 +118,24 @@ class RoadMap:
 
     @cached_property
     def area(self) -> float:
-        """Return the area of the map in square metres: that of its bounding box, at least 1."""
+        """Return the area of the bounding box in square metres, at least 1."""
         return float(max(np.ptp(self.starts, axis=0).prod(), 1.0))
 
     @cached_property
     def origin(self) -> Complexes:
-        """Return the start of each piece as a complex number in metres, (N,)."""
+        """Return the start of each piece, x + iy in metres, (N,)."""
         return self.starts[:, 0] + 1j * self.starts[:, 1]
 
     @cached_property
     def along(self) -> Complexes:
-        """Return the direction of each piece as a complex number of length 1, (N,)."""
+        """Return the unit vector along each piece, x + iy, (N,)."""
         ends = self.ends[:, 0] + 1j * self.ends[:, 1]
         return (ends - self.origin) / self.length
 
-    def places(self, piece: Ints, offset: Floats) -> Complexes:
-        """Return the places so many metres along pieces, as complex numbers in metres."""
-        places: Complexes = self.origin.take(piece) + offset * self.along.take(piece)
-        return places
+    def positions(self, piece: Ints, offset: Floats) -> Complexes:
+        """Return the positions at offsets in metres along pieces, x + iy in metres, (K,)."""
+        positions: Complexes = self.origin.take(piece) + offset * self.along.take(piece)
+        return positions
 
     @property
     def middles(self) -> Floats:
@@ -155,17 +156,21 @@ class RoadMap:
 
 
 def parts_of(counts: Ints) -> tuple[Ints, Ints]:
-    """Return, for each part of things that have so many, the number of its thing and its own."""
+    """
+    Return the owner of each part, and its rank among the parts of that owner, each (K,).
+
+    ``counts`` is the number of parts of each owner, (N,); K is their sum.
+    """
     owner = np.repeat(np.arange(len(counts)), counts)
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
-def _thinned(places: Floats, way: Ints, shared: Flags) -> Ints:
-    """Return a way without inner nodes that are close to the one before and not shared."""
+def _thinned(positions: Floats, way: Ints, shared: Flags) -> Ints:
+    """Return a way without the inner nodes that are close to the previous one and not shared."""
     if len(way) < 3:
         return way
-    kept, last = [int(way[0])], places[way[0]]
-    points = places[way]
+    kept, last = [int(way[0])], positions[way[0]]
+    points = positions[way]
     for number in range(1, len(way) - 1):
         node = int(way[number])
         x, y = points[number]
@@ -175,15 +180,15 @@ def _thinned(places: Floats, way: Ints, shared: Flags) -> Ints:
     return np.array([*kept, way[-1]])
 
 
-def _pieces(places: Floats, tails: Ints, heads: Ints, rule: Ints) -> RoadMap:
-    """Return the map of edges between nodes, cut into pieces."""
-    span = places[heads] - places[tails]
+def _pieces(positions: Floats, tails: Ints, heads: Ints, rule: Ints) -> RoadMap:
+    """Return the map of the edges from nodes ``tails`` to ``heads``, cut into pieces."""
+    span = positions[heads] - positions[tails]
     parts = np.ceil(np.hypot(*span.T) / PIECE_M).astype(np.int64)
     edge, rank = parts_of(parts)
-    starts = places[tails[edge]] + span[edge] * (rank / parts[edge])[:, None]
-    ends = places[tails[edge]] + span[edge] * ((rank + 1) / parts[edge])[:, None]
-    # Points inside an edge get numbers after those of the nodes.
-    inner = len(places) + np.arange(len(edge))
+    starts = positions[tails[edge]] + span[edge] * (rank / parts[edge])[:, None]
+    ends = positions[tails[edge]] + span[edge] * ((rank + 1) / parts[edge])[:, None]
+    # Points inside an edge are numbered after the nodes.
+    inner = len(positions) + np.arange(len(edge))
     entry = np.where(rank == 0, tails[edge], inner - 1)
     leave = np.where(rank == parts[edge] - 1, heads[edge], inner)
 
@@ -203,7 +208,7 @@ def _pieces(places: Floats, tails: Ints, heads: Ints, rule: Ints) -> RoadMap:
 
 
 def _following(entry: Ints, leave: Ints, reverse: Ints) -> tuple[Ints, Ints]:
-    """Return the successors as CSR arrays: no turn back, except where the road ends."""
+    """Return the successors in CSR form: the reverse piece only at the end of a road."""
     order = np.argsort(entry, kind='stable')
     points = int(max(entry.max(), leave.max())) + 1
     begin = np.concatenate([[0], np.cumsum(np.bincount(entry, minlength=points))])

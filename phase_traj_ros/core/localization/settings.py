@@ -9,155 +9,155 @@ import math
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LocatorSettings:
     """
-    Settings of the locator; nobody has to change them.
+    Settings of the locator; users need not change them.
 
-    Where no source is given, the value was chosen on the drives of docs/measurements/locate.md.
+    The values were chosen on the drives of docs/measurements/locate.md. Lengths are in metres,
+    angles in radians; deviations are standard deviations.
     """
 
     stride_m: float = 5.0
-    """Distance between two steps of the filter."""
+    """Distance between two updates of the filter."""
     chord_strides: int = 4
-    """Strides of a chord; chords of 20 m absorb lanes and cut corners."""
+    """Strides per chord: chords of 20 m absorb lanes and cut corners."""
 
     position_noise_m: float = 2.0
-    """Noise of the distance along the road, per root of 100 m; the odometry's is added."""
+    """Deviation of the distance per root of 100 m, in addition to that of the odometry."""
     turn_m: float = 4.0
-    """Error of the place of a turn along the road, from which the scale follows."""
+    """Deviation of the position of a turn along the road; the scale is estimated from turns."""
     least_turn: float = math.radians(40.0)
-    """Angle from which on a turn is one, ..."""
+    """Least angle of such a turn."""
     turn_over: float = math.radians(12.0)
-    """...which is over when the chord bends less than this."""
+    """A turn ends when the chord bends by less than this."""
     scale_noise: float = 0.01
-    """Drift of the scale, per root of 100 m; its prior bounds it."""
+    """Relative drift of the scale per root of 100 m, bounded by the prior."""
     heading_noise: float = math.radians(1.0)
-    """Drift of the heading per root of 100 m; the odometry's is added."""
+    """Drift of the heading per root of 100 m, in addition to that of the odometry."""
     start_heading: float = math.radians(10.0)
-    """Deviation of the direction of the vehicle from that of its road, at the start."""
+    """Deviation of the heading of the vehicle from the direction of its road at the start."""
     unknown_heading: float = math.radians(60.0)
-    """Deviation from which on an expected heading counts as unknown."""
+    """A heading with a larger deviation counts as unknown."""
 
     corner_m: float = 5.5
     """Radius with which a vehicle cuts the corners of the map."""
     chord_error: float = math.radians(1.5)
-    """Deviation of a chord of the map from that of the vehicle on a straight road."""
+    """Deviation between the chords of the map and of the vehicle on a straight road."""
     bend_error: float = 0.15
-    """What the bends of both chords add to it, as a share of their angle."""
+    """Additional deviation, as a share of the bends of both chords."""
     dead_band: float = math.radians(1.0)
-    """Difference of the chords that costs nothing."""
+    """Smaller differences between the chords count as none."""
     outlier_share: float = 0.03
-    """Share of chords that have any direction."""
+    """Share of chords with a random direction."""
     tempering: float = 0.5
-    """Weight of a chord: successive chords overlap, and so do their errors."""
+    """Exponent of the likelihood of a chord: successive chords overlap and share their errors."""
 
     straight_on: float = 3.0
-    """Chance to go straight on at a junction, ..."""
+    """Weight of going straight on at a junction; that of a turn is 1."""
     straight: float = math.radians(30.0)
-    """...which is to turn by less than this, against 1 for a turn..."""
+    """Going straight on is a turn by less than this."""
     sharp_turn: float = 0.3
-    """...and this for a sharp one, which does not cut the corner, ..."""
+    """Weight of a sharp turn, which does not cut the corner."""
     sharp: float = math.radians(120.0)
-    """...above this angle."""
+    """A sharp turn is one by more than this."""
     wrong_way: float = 0.1
-    """Factor of the chance to drive against a one-way street."""
+    """Factor of the weight of driving against a one-way street."""
     turn_back: float = 0.02
-    """Chance that a U-turn is one on the road..."""
+    """Probability that a U-turn is made on the road."""
     u_turn_strides: int = 7
-    """...if it takes at most so many strides..."""
+    """Number of strides over which a U-turn is detected."""
     u_turn: float = math.radians(30.0)
-    """...and differs by at most this from half a circle."""
+    """Largest deviation of a U-turn from half a circle."""
     road_ends: float = 0.3
-    """Chance to turn back where the road ends."""
+    """Probability of turning back at the end of a road."""
 
     null_share: float = 5e-3
-    """Probability at the start that the vehicle is on no road of the map: such a road bends..."""
+    """Prior probability of the null hypothesis: the vehicle is on no road of the map."""
     null_fit_m: float = 250.0
-    """...as the odometry does: it fits as those of the map do on average over this way, but..."""
+    """The fit of the null hypothesis is the mean fit of the map over this distance..."""
     null_fit: float = 0.5
-    """...its chords have at least this mean likelihood, relative to its peak..."""
+    """...but at least this, relative to the peak of the likelihood."""
     null_turn: float = 1.5
-    """...and it loses these nats per radian of its turns. The right road of a map loses fewer, and
-    the best place of a map where the vehicle is not loses more..."""
+    """Penalty of the null hypothesis in nats per radian of turns. The true place loses less at its
+    turns, the best place of a map without the vehicle loses more."""
     null_straight: float = math.radians(0.5)
-    """...beyond this angle per stride."""
+    """Turns per stride up to this angle have no penalty."""
     null_hazard: float = 3e-5
-    """Probability per stride to leave the roads of the map, while a place leads."""
+    """Probability per stride of leaving the roads of the map, while a place leads."""
 
     least_weight: float = 14.0
-    """Hypotheses this many nats below the best are dropped."""
+    """Hypotheses this many nats below the best one are dropped."""
     most_hypotheses: int = 120_000
-    """Most hypotheses."""
+    """Largest number of hypotheses."""
     most_at_start: int = 500_000
-    """Most of them at the start without a prior, as they need memory and time, with..."""
+    """Largest number at the start without a prior; bounds memory and time."""
     most_per_piece: int = 4
-    """...at most so many on each piece of road, so that on a small map the right place has some at
-    its first bend, ..."""
+    """Most hypotheses per piece of road at the start: on a small map, several reach the first bend
+    at the true place."""
     per_piece: int = 2
-    """...and at least so many."""
+    """Fewest hypotheses per piece of road at the start."""
     fewest_around: int = 4_000
-    """Fewest hypotheses around a point: several on each piece of road."""
+    """Fewest hypotheses around a point: several per piece of road."""
     fewest_hypotheses: int = 1_500
-    """Below this number, hypotheses are split, ..."""
+    """Hypotheses are split below this number while a place leads."""
     fewest_searching: int = 30_000
-    """...and below this one, or as many per piece of road as at the start, while no place
-    leads."""
+    """Hypotheses are split below this number, or below that of the start, while none leads."""
     merge_m: float = 1.5
-    """Hypotheses on one piece this close, ..."""
+    """Hypotheses on one piece are merged if they are in one bin of this length..."""
     merge_scale: float = 0.01
-    """...this close in scale, ..."""
+    """...of this width in the logarithm of the scale..."""
     merge_heading: float = math.radians(11.0)
-    """...and in heading become one."""
+    """...and of this width in the rotation."""
     mode_m: float = 35.0
-    """Radius of a place, ..."""
+    """Radius of a place, and size of the cells in which places are looked for."""
     mode_heading: float = math.radians(25.0)
-    """...and its range of headings. It is looked for in..."""
+    """Largest deviation of the heading within a place."""
     most_cells: int = 64
-    """...so many cells of the map at most, squares of ``mode_m`` with..."""
+    """Most cells in which places are looked for."""
     sectors: int = 8
-    """...so many sectors of headings."""
+    """Sectors of headings per cell."""
     most_candidates: int = 20
-    """Candidates in an estimate..."""
+    """Most candidates of an estimate."""
     least_candidate: float = 1e-3
-    """...and the least probability of one besides the first."""
+    """Least probability of a candidate other than the first one."""
     claim_above: float = 0.99
     """A place is claimed when its probability has been above this..."""
     claim_after_m: float = 20.0
-    """...for this many metres, until it falls below..."""
+    """...for this many metres..."""
     drop_below: float = 0.5
-    """...this. Without a prior..."""
+    """...until it falls below this."""
     claim_turned: float = 2 * math.pi
-    """...nothing is claimed before turns of this angle in all: any road may be straight."""
+    """Without a prior, a claim needs turns by this angle in total: straight roads look alike."""
 
     lost_nats: float = 6.0
-    """Fall of the evidence after which the vehicle counts as off the roads of the map..."""
+    """The vehicle has left the roads of the map when the evidence falls by this..."""
     lost_within_m: float = 60.0
     """...within this distance."""
     return_anywhere: float = 0.1
-    """Probability that a vehicle on no road is back on any road of the map..."""
+    """Probability that a vehicle off the roads has returned to any road of the map..."""
     reseed_every_m: float = 100.0
-    """...after this way, ..."""
+    """...after this distance..."""
     away: float = 0.5
-    """...if it is on no road with a probability above this."""
+    """...if the probability of the null hypothesis is above this."""
     spread_from: int = 100
-    """Hypotheses that stand for all when the odometry is interrupted."""
+    """Number of hypotheses from which new ones are spread after an interruption."""
 
     fix_road_m: float = 4.0
-    """Deviation of a vehicle from the line of its road, for position fixes."""
+    """Deviation of a vehicle from the centre line of its road, for position fixes."""
     fix_gate: float = 4.0
-    """A fix this many standard deviations off is doubted..."""
+    """A fix is doubted if it is off by more than this many standard deviations..."""
     fixes_to_convince: int = 5
     """...until this many successive ones agree with each other."""
     fix_outliers: float = 0.02
-    """Share of fixes that are anywhere."""
+    """Share of fixes with a random position."""
     fix_spacing_m: float = 5.0
-    """Fixes closer together share their errors: only the first is used."""
+    """Of fixes that are closer together, only the first is used: they share their errors."""
 
     @classmethod
     def of_links(cls, metres: float) -> 'LocatorSettings':
         """
-        Return the settings for a code of equal links of so many metres, and nothing else.
+        Return the settings for a bare code of equal links, with the length of a link in metres.
 
-        A stride is two links, as each direction errs by up to half a sector. That the vehicle is
-        on the map is assumed: so coarse a drive could not prove it.
+        A stride is two links, since each direction is off by up to half a sector. The vehicle is
+        assumed to be on the map: so coarse a drive cannot prove it.
         """
         return cls(
             stride_m=1.99 * metres, mode_m=50.0, chord_error=math.radians(9.0),

@@ -45,16 +45,6 @@ class Odometry:
     yaw_rate_variance: float
     covariance: Covariance
 
-    @property
-    def position_variance(self) -> float:
-        """Return the mean of the variances of x and y, in square metres."""
-        return (self.covariance[0][0] + self.covariance[1][1]) / 2
-
-    @property
-    def yaw_variance(self) -> float:
-        """Return the variance of the yaw, in square radians."""
-        return self.covariance[2][2]
-
 
 class Odometer:
     """
@@ -109,7 +99,7 @@ class Odometer:
             tip, speed, rate,
             speed_variance=speed_variance + relative_variance * speed ** 2,
             yaw_rate_variance=rate_variance + relative_variance * rate ** 2,
-            covariance=_rows(self._covariance))
+            covariance=covariance_rows(self._covariance[:_SUSPENSION, :_SUSPENSION]))
         return self._newest
 
     def foresee(
@@ -125,7 +115,8 @@ class Odometer:
         return replace(
             self._newest,
             pose=self._path.foresee(step.heading, step.yaw, travel.distance, stamp_ns),
-            covariance=_rows(self._covariance[:_SUSPENSION, :_SUSPENSION] + np.diag(variances)),
+            covariance=covariance_rows(
+                self._covariance[:_SUSPENSION, :_SUSPENSION] + np.diag(variances)),
             yaw_rate_variance=self._newest.yaw_rate_variance + (step.foreseen / interval) ** 2)
 
     def _bound_missed(self, speed: float) -> None:
@@ -217,6 +208,7 @@ class Odometer:
         self._covariance[state, state] = deviation * deviation
 
 
-def _rows(covariance: NDArray[np.float64]) -> Covariance:
-    row_x, row_y, row_yaw = covariance[:_SUSPENSION, :_SUSPENSION].tolist()
+def covariance_rows(covariance: NDArray[np.float64]) -> Covariance:
+    """Return a planar covariance, (3, 3), as immutable rows."""
+    row_x, row_y, row_yaw = covariance.tolist()
     return tuple(row_x), tuple(row_y), tuple(row_yaw)

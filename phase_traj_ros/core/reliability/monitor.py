@@ -25,10 +25,6 @@ class ReliabilityMonitor:
 
     def __init__(self) -> None:
         """Make a monitor that has seen no pair."""
-        self.reset()
-
-    def reset(self) -> None:
-        """Start again without pairs."""
         self._parts: deque[_Part] = deque()
         self._spans = {reason: Spans() for reason in Reason}
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0

@@ -18,11 +18,6 @@ class UnreliableSpan:
     end_ns: int
     reasons: tuple[Reason, ...]
 
-    @property
-    def words(self) -> tuple[str, ...]:
-        """Return the reasons as the words used in files and messages."""
-        return tuple(reason.value for reason in self.reasons)
-
 
 @dataclass(frozen=True, slots=True)
 class Reliability:

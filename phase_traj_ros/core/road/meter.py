@@ -68,7 +68,7 @@ class RoadMeter:
     def forget(self) -> None:
         """Restart with the next frame; the tilt is kept."""
         self.speed_filter.forget()
-        self._profile.forget()
+        self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
         self._key_frame, self._key = None, RoadKeyframe()
 

@@ -24,10 +24,6 @@ class SpeedProfile:
 
     def __init__(self) -> None:
         """Make an empty profile."""
-        self.forget()
-
-    def forget(self) -> None:
-        """Restart with the next pair."""
         self._sum, self._weight, self._newest = np.zeros((3, len(self.speeds)))
 
     def predict(self, interval: float) -> None:

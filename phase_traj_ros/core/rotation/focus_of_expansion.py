@@ -24,22 +24,21 @@ class FocusOfExpansion:
     slope_variance: float = TUNING.slope_deviation ** 2
 
     def predict(
-        self, interval: float, yaw_rate: float = 0.0, *, mounting_azimuth: float = 0.0,
-        mounting_deviation: float = TUNING.mounting_deviation,
+        self, interval: float, yaw_rate: float, mounting: 'Mounting',
     ) -> 'FocusOfExpansion':
         """
         Return the prediction ``interval`` seconds later, at a yaw rate in radians per second.
 
-        The course tends to ``mounting_azimuth``, the course on a straight, with its standard
-        deviation ``mounting_deviation``; the faster the vehicle turns, the less certain it is. The
-        slope stays, as it is mostly that of the mounting; a tendency to 0 would bias each pair.
+        The course tends to that of the ``mounting``; the faster the vehicle turns, the less
+        certain it is. The slope stays, as it is mostly that of the mounting; a tendency to 0 would
+        bias each pair.
         """
         kept = math.exp(-interval / TUNING.course_time_s)
         share = kept * kept
         course = math.hypot(
-            TUNING.course_deviation, mounting_deviation, TUNING.sideslip_s * yaw_rate)
+            TUNING.course_deviation, mounting.deviation, TUNING.sideslip_s * yaw_rate)
         return FocusOfExpansion(
-            kept * self.course + (1.0 - kept) * mounting_azimuth, self.slope,
+            kept * self.course + (1.0 - kept) * mounting.angle, self.slope,
             share * self.course_variance + (1.0 - share) * course ** 2,
             share * self.slope_variance + (1.0 - share) * TUNING.slope_deviation ** 2)
 

@@ -45,9 +45,7 @@ class Keyframe:
         ``yaw_rate`` is in radians per second. The prior excludes the evidence of earlier
         comparisons with this frame.
         """
-        return self._initial_travel.predict(
-            self.age, yaw_rate, mounting_azimuth=mounting.angle,
-            mounting_deviation=mounting.deviation)
+        return self._initial_travel.predict(self.age, yaw_rate, mounting)
 
     def add(self, motion: CameraMotion, blocks: BlockShifts) -> CameraMotion:
         """Add the motion since this frame; return it with the rotation of the newest pair."""

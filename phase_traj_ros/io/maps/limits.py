@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How large a map may be, and what to do about a larger one."""
+"""Limits of the size of a map."""
 
 import math
 from pathlib import Path
@@ -8,18 +8,18 @@ from typing import Final
 
 from phase_traj_ros.errors import MapError
 
-# The locator keeps all pieces of all roads in memory, and looks for the vehicle on all of them.
+# The locator keeps all roads in memory, and searches all of them.
 _MOST_ROAD_M: Final = 10_000e3
-# A region of this size has more road than that, wherever people live. Degrees of latitude.
+# A populated region of this size has more road than that. Degrees of latitude.
 _MOST_DEGREES: Final = 3.0
-# A city has less than 10 million nodes, a country 50 million and more.
+# A city has fewer than 10 million nodes, a country 50 million or more.
 _MOST_NODES: Final = 30_000_000
 BYTES_PER_NODE: Final = 8
-"""Most bytes per node in a .osm.pbf."""
+"""An .osm.pbf has at most this many bytes per node."""
 
 
 def check_box(path: Path, south: float, west: float, north: float, east: float) -> None:
-    """Raise MapError if the part of the earth that a map covers, in degrees, is too large."""
+    """Raise MapError if the region of a map, in degrees, is too large."""
     narrowed = math.cos(math.radians((south + north) / 2))
     if max(north - south, narrowed * (east - west)) > _MOST_DEGREES:
         raise MapError(_too_large(

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads extracts as .osm.pbf, with pyosmium."""
+"""Reads extracts of OpenStreetMap in the PBF format, with pyosmium."""
 
 from importlib import import_module
 from pathlib import Path
@@ -8,6 +8,7 @@ import sys
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from phase_traj_ros.errors import MapError, MissingDependencyError
 from phase_traj_ros.io.maps.limits import BYTES_PER_NODE, check_box, check_nodes
 from phase_traj_ros.io.maps.osm_ways import OsmWay
@@ -21,7 +22,7 @@ def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
     Raises
     ------
     MapError
-        The file is truncated, no .osm.pbf, or too large.
+        The file is truncated, damaged, too large, or not an .osm.pbf.
     MissingDependencyError
         pyosmium is not installed.
 
@@ -31,17 +32,17 @@ def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
     found: list[OsmWay] = []
 
     def take(way: Any) -> None:
-        """Take a way, which is valid during this call only."""
+        """Copy a way if it is a road; pyosmium invalidates it after the call."""
         if 'highway' not in way.tags:
             return
         tags = {tag.k: tag.v for tag in way.tags}
         if is_road(tags, roads):
             nodes = np.array([node.ref for node in way.nodes], np.int64)
-            found.append(OsmWay(nodes, _places(way.nodes), one_way(tags)))
+            found.append(OsmWay(nodes, _degrees(way.nodes), one_way(tags)))
 
     try:
         with path.open('rb'):
-            pass  # the errors of osmium do not tell a missing file from a damaged one
+            pass  # osmium reports a missing file as it does a damaged one
         reader = osmium.io.Reader(str(path), osmium.osm.osm_entity_bits.NOTHING)
         box = reader.header().box()
         reader.close()
@@ -67,7 +68,8 @@ def _osmium() -> Any:
             ' map as .osm, .osm.gz or .osm.bz2') from None
 
 
-def _places(nodes: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _degrees(nodes: Any) -> NDArray[np.float64]:
+    """Return the latitude and longitude of nodes in degrees, (N, 2); NaN if missing."""
     return np.array([
         (node.location.lat, node.location.lon) if node.location.valid() else (np.nan, np.nan)
         for node in nodes], np.float64).reshape(-1, 2)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The ways of an extract as its readers return them, before they are projected."""
+"""The ways of an extract, as its readers return them."""
 
 from dataclasses import dataclass
 
@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 @dataclass(frozen=True, slots=True, eq=False)
 class OsmWay:
     """
-    A road of OpenStreetMap.
+    A way of OpenStreetMap that is a road.
 
     nodes
-        (N,) the numbers of its nodes.
-    places
-        (N, 2) latitude and longitude in degrees, NaN for nodes that the extract does not have.
+        Identifiers of its nodes in order, (N,).
+    degrees
+        Latitude and longitude of the nodes in degrees, (N, 2); NaN for missing nodes.
     one_way
-        1 if it is one-way as drawn, -1 against it, 0 if it is not.
+        1 if it is one-way in the order of its nodes, -1 against it, 0 if it is not one-way.
     """
 
     nodes: NDArray[np.int64]
-    places: NDArray[np.float64]
+    degrees: NDArray[np.float64]
     one_way: int

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads extracts in the XML of OpenStreetMap, also compressed, with the standard library."""
+"""Reads extracts of OpenStreetMap in XML, plain or compressed."""
 
 from array import array
 import bz2
@@ -18,6 +18,7 @@ from phase_traj_ros.io.maps.limits import check_box, check_nodes
 from phase_traj_ros.io.maps.osm_ways import OsmWay
 from phase_traj_ros.io.maps.road_classes import is_road, one_way, Roads
 
+# The nodes are counted each time that this many are read.
 _COUNTED = 1 << 16
 _OPEN: Final[dict[str, Callable[..., Any]]] = {'.gz': gzip.open, '.bz2': bz2.open}
 
@@ -29,7 +30,7 @@ def read_xml(path: Path, roads: Roads) -> list[OsmWay]:
     Raises
     ------
     MapError
-        The file is truncated, no OpenStreetMap XML, or too large.
+        The file is truncated, damaged, too large, or not OpenStreetMap XML.
     OSError
         The file cannot be read.
 
@@ -43,7 +44,7 @@ def read_xml(path: Path, roads: Roads) -> list[OsmWay]:
     except (gzip.BadGzipFile, ValueError, KeyError, OverflowError) as error:
         raise _no_osm(path, error) from None
     except OSError as error:
-        # bz2 has no error of its own; those of the operating system have a number.
+        # bz2 raises OSError without a number for invalid data.
         if error.errno is not None:
             raise
         raise _no_osm(path, error) from None
@@ -56,8 +57,8 @@ def _no_osm(path: Path, error: Exception) -> MapError:
 
 
 def _read(path: Path, file: BinaryIO, roads: Roads) -> list[OsmWay]:
-    """Take the elements of a file as they come: first the nodes, then the ways."""
-    numbers, places = array('q'), array('d')
+    """Return the roads of a file, in which the nodes precede the ways."""
+    identifiers, degrees = array('q'), array('d')
     found: list[tuple[list[int], int]] = []
     events = ElementTree.iterparse(file, ('start', 'end'))
     _, root = next(events)
@@ -67,10 +68,10 @@ def _read(path: Path, file: BinaryIO, roads: Roads) -> list[OsmWay]:
         if event == 'start' or element.tag in ('nd', 'tag'):
             continue
         if element.tag == 'node':
-            numbers.append(int(element.attrib['id']))
-            places.extend(float(element.get(key, 'nan')) for key in ('lat', 'lon'))
-            if len(numbers) % _COUNTED == 0:
-                check_nodes(path, len(numbers))
+            identifiers.append(int(element.attrib['id']))
+            degrees.extend(float(element.get(key, 'nan')) for key in ('lat', 'lon'))
+            if len(identifiers) % _COUNTED == 0:
+                check_nodes(path, len(identifiers))
         elif element.tag == 'way':
             tags = {tag.attrib['k']: tag.attrib['v'] for tag in element.iterfind('tag')}
             if is_road(tags, roads):
@@ -79,23 +80,24 @@ def _read(path: Path, file: BinaryIO, roads: Roads) -> list[OsmWay]:
         elif element.tag == 'bounds':
             check_box(path, *(
                 float(element.attrib[key]) for key in ('minlat', 'minlon', 'maxlat', 'maxlon')))
-        # What has been read would fill the memory.
+        # The root keeps all elements otherwise.
         root.clear()
-    return _placed(found, np.array(numbers), np.array(places).reshape(-1, 2))
+    return _with_degrees(found, np.array(identifiers), np.array(degrees).reshape(-1, 2))
 
 
-def _placed(
-    found: list[tuple[list[int], int]], numbers: NDArray[np.int64], places: NDArray[np.float64],
+def _with_degrees(
+    found: list[tuple[list[int], int]], identifiers: NDArray[np.int64],
+    degrees: NDArray[np.float64],
 ) -> list[OsmWay]:
-    """Return roads, given as the numbers of their nodes, with the places of these."""
-    order = np.argsort(numbers, kind='stable')
-    # The last one, which no node is, stands for those that the extract does not have.
-    numbers = np.append(numbers[order], np.iinfo(np.int64).max)
-    places = np.append(places[order], [[np.nan, np.nan]], axis=0)
+    """Return ways, given as node identifiers and direction, with the positions of the nodes."""
+    order = np.argsort(identifiers, kind='stable')
+    # The last entry is that of the missing nodes.
+    identifiers = np.append(identifiers[order], np.iinfo(np.int64).max)
+    degrees = np.append(degrees[order], [[np.nan, np.nan]], axis=0)
     ways = []
     for refs, direction in found:
         nodes = np.array(refs, np.int64)
-        at = np.searchsorted(numbers, nodes)
-        known = numbers[at] == nodes
-        ways.append(OsmWay(nodes, places[np.where(known, at, -1)], direction))
+        at = np.searchsorted(identifiers, nodes)
+        known = identifiers[at] == nodes
+        ways.append(OsmWay(nodes, degrees[np.where(known, at, -1)], direction))
     return ways

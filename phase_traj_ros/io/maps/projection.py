@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Latitude and longitude to metres around the datum, or the middle, of a map, and back."""
+"""Projects latitude and longitude to the plane of a map, in metres, and back."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-# The ellipsoid of WGS 84: its larger half axis in metres, and the square of its eccentricity.
+# The ellipsoid of WGS 84: semi-major axis in metres, and squared eccentricity.
 _A: Final = 6378137.0
 _E2: Final = 6.69437999014e-3
 
@@ -19,12 +19,11 @@ _E2: Final = 6.69437999014e-3
 @dataclass(frozen=True, slots=True)
 class LocalProjection:
     """
-    The plane that touches the ellipsoid of WGS 84 at a point: x east, y north, in metres (ENU).
+    The tangent plane of the WGS 84 ellipsoid at an origin: x east, y north, in metres (ENU).
 
-    A point of the ellipsoid is moved along the plane's normal onto the plane. So lengths shrink
-    by d² / 2R² at the distance d: 1 mm per km at 10 km, 13 mm per km at 33 km. North of the
-    plane is north at the origin. ``to_degrees`` is the exact inverse of ``to_metres`` on the
-    half of the earth around the origin.
+    The projection is orthographic: along the normal of the plane. It shrinks lengths by d² / 2R²
+    at the distance d: 1 mm per km at 10 km, 13 mm per km at 33 km. The y axis points north at the
+    origin. ``to_degrees`` is the exact inverse of ``to_metres`` on the hemisphere of the origin.
 
     Parameters
     ----------
@@ -48,7 +47,7 @@ class LocalProjection:
             float((middle + 180.0) % 360.0 - 180.0))
 
     def to_metres(self, latitude: ArrayLike, longitude: ArrayLike) -> NDArray[np.float64]:
-        """Return x and y (N, 2) in metres of points (N,) in degrees; NaN if out of sight."""
+        """Return x and y, (N, 2) in metres, of points (N,); NaN on the other hemisphere."""
         moved = _earth(latitude, longitude) - self._origin
         east, north, up = self._axes
         plane = np.stack([moved @ east, moved @ north], axis=-1)
@@ -58,18 +57,17 @@ class LocalProjection:
     def to_degrees(
         self, x: ArrayLike, y: ArrayLike,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return latitude and longitude (N,) in degrees of points (N,) in metres."""
+        """Return latitude and longitude, (N,) in degrees, of points (N,) in metres."""
         east, north, up = self._axes
         foot = (
             self._origin + np.asarray(x, np.float64)[..., None] * east
             + np.asarray(y, np.float64)[..., None] * north)
-        # Along the normal to the ellipsoid: stretched to a sphere, a line meets it where a
-        # quadratic equation says.
+        # Intersect the normal with the ellipsoid, stretched to a sphere: a quadratic equation.
         stretch = np.array([1.0, 1.0, 1.0 / math.sqrt(1.0 - _E2)])
         start, along = foot * stretch, up * stretch
         a, b = along @ along, start @ along
         c = (start * start).sum(axis=-1) - _A * _A
-        # The product of both roots is c / a; this one has no cancellation near the origin.
+        # This form of the root has no cancellation near the origin.
         rise = -c / (b + np.sqrt(b * b - a * c))
         # Contiguous, as in ``lens_family.project``.
         x, y, z = np.ascontiguousarray(np.moveaxis(foot + rise[..., None] * up, -1, 0))
@@ -95,14 +93,14 @@ def bearing_deg(heading: float) -> float:
 
 
 def _normal(latitude: ArrayLike, longitude: ArrayLike) -> NDArray[np.float64]:
-    """Return the unit vectors (N, 3) that point up at points in degrees."""
+    """Return the unit normals of the ellipsoid at points in degrees, (N, 3)."""
     lat, lon = np.radians(latitude), np.radians(longitude)
     return np.stack(
         [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)
 
 
 def _earth(latitude: ArrayLike, longitude: ArrayLike) -> NDArray[np.float64]:
-    """Return points of the ellipsoid (N, 3), in metres from the middle of the earth."""
+    """Return points in degrees as Earth-centred coordinates (ECEF), (N, 3), in metres."""
     up = _normal(latitude, longitude)
     radius = _A / np.sqrt(1.0 - _E2 * up[..., 2] ** 2)
     return np.asarray(radius[..., None] * up * np.array([1.0, 1.0, 1.0 - _E2]), np.float64)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which ways of OpenStreetMap are roads, and in which direction they may be driven."""
+"""Decides which ways of OpenStreetMap are roads, and which of them are one-way."""
 
 from collections.abc import Mapping
 from enum import Enum
@@ -8,30 +8,30 @@ from typing import Final
 
 
 class Roads(Enum):
-    """The roads to use of a map."""
+    """Which roads of a map to use."""
 
     CAR = 'car'
     """Roads that a car may drive."""
     ALL = 'all'
-    """Paths as well, for robots."""
+    """Roads and paths, for robots."""
 
 
 CAR_CLASSES: Final = (
     'motorway', 'motorway_link', 'trunk', 'trunk_link', 'primary', 'primary_link', 'secondary',
     'secondary_link', 'tertiary', 'tertiary_link', 'unclassified', 'residential',
     'living_street', 'service', 'road')
-"""Values of the key highway that a car may drive."""
+"""Values of the key highway of roads for cars."""
 
 PATH_CLASSES: Final = (
     'pedestrian', 'track', 'footway', 'bridleway', 'cycleway', 'path', 'busway')
-"""Values of the key highway that only ``Roads.ALL`` has."""
+"""Further values of the key highway with ``Roads.ALL``."""
 
 OFF_ROAD: Final = ('parking_aisle', 'driveway', 'drive-through', 'emergency_access')
-"""Values of the key service that are not roads: a vehicle there has left the road."""
+"""Values of the key service that do not count as roads for cars."""
 
 _CLASSES: Final = {
     Roads.CAR: frozenset(CAR_CLASSES), Roads.ALL: frozenset((*CAR_CLASSES, *PATH_CLASSES))}
-# Values that close a road to cars, by the keys that may hold them, the most special first.
+# Values that close a road to cars, and the keys that may hold them, most specific first.
 _CLOSED: Final = frozenset(('no', 'agricultural', 'forestry', 'emergency'))
 _ACCESS: Final = ('motorcar', 'motor_vehicle', 'vehicle', 'access')
 _FORWARD: Final = frozenset(('yes', 'true', '1'))
@@ -40,7 +40,7 @@ _ROUND: Final = frozenset(('roundabout', 'circular'))
 
 
 def is_road(tags: Mapping[str, str], roads: Roads) -> bool:
-    """Return whether a way with these tags is a road of the kind wanted."""
+    """Return whether a way with these tags is one of the roads to use."""
     if tags.get('highway') not in _CLASSES[roads] or tags.get('area') == 'yes':
         return False
     if roads is Roads.ALL:
@@ -52,9 +52,9 @@ def is_road(tags: Mapping[str, str], roads: Roads) -> bool:
 
 
 def one_way(tags: Mapping[str, str]) -> int:
-    """Return 1 if a road is one-way as it is drawn, -1 against it, 0 if it is not one-way."""
-    told = tags.get('oneway')
-    if told in _BACKWARD:
+    """Return 1 if a road is one-way in the order of its nodes, -1 against it, 0 otherwise."""
+    value = tags.get('oneway')
+    if value in _BACKWARD:
         return -1
     implied = tags.get('junction') in _ROUND or tags.get('highway') == 'motorway'
-    return int(told in _FORWARD or (told is None and implied))
+    return int(value in _FORWARD or (value is None and implied))

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Opens an extract of OpenStreetMap as lines in metres."""
+"""Reads the roads of an extract of OpenStreetMap, in metres."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from phase_traj_ros.io.maps.road_classes import Roads
 _XML: Final = ('.osm', '.osm.gz', '.osm.bz2')
 _PBF: Final = ('.osm.pbf', '.pbf')
 
-# Farther from its middle, the plane shrinks lengths by 0.1 per thousand. Metres.
+# At this distance from the origin, the plane shrinks lengths by 0.1 per thousand. Metres.
 _FARTHEST: Final = 100e3
 
 ATTRIBUTION: Final = '© OpenStreetMap contributors, openstreetmap.org/copyright'
-"""The words that the licence of the data asks for beside what is drawn from it."""
+"""The attribution that the licence of the data requires."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,15 +37,15 @@ class RoadFile:
     The roads of a map, in metres.
 
     source
-        The file, for reports.
+        Path of the file, for reports.
     projection
-        The projection of the nodes, around the datum, or their middle.
+        Projection of the nodes, with its origin at the datum or in the middle of the map.
     nodes
-        (M, 2) x to the east and y to the north, in metres.
+        Positions, (M, 2), in metres, x to the east and y to the north.
     ways
-        The indices of the nodes of each road, in order. Roads meet where they share a node.
+        Indices of the nodes of each road, in order. Roads meet where they share a node.
     one_way
-        For each road 1 if it is one-way as it is drawn, -1 against it, 0 if it is not.
+        For each road: 1 if it is one-way in the order of its nodes, -1 against it, 0 otherwise.
     """
 
     source: str
@@ -66,7 +66,7 @@ class RoadFile:
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """Return the least latitude and longitude of the roads, and the largest, in degrees."""
+        """Return the bounds in degrees: south, west, north, east."""
         latitude, longitude = self.projection.to_degrees(*self.nodes.T)
         return (
             float(latitude.min()), float(longitude.min()), float(latitude.max()),
@@ -74,7 +74,7 @@ class RoadFile:
 
     @cached_property
     def road_map(self) -> RoadMap:
-        """Return the roads as the locator takes them."""
+        """Return the map for the locator."""
         return RoadMap.from_ways(self.nodes, self.ways, self.one_way)
 
 
@@ -84,15 +84,16 @@ def read_roads(
     """
     Read the roads of an .osm, .osm.gz, .osm.bz2 or .osm.pbf.
 
-    A road that leaves the extract and comes back is two lines. The metres count from ``datum``,
-    or from the middle of the map without one.
+    A road that leaves the extract and returns becomes two. The origin is that of ``datum``, or
+    the middle of the map if it is None.
 
     Raises
     ------
     MapError
-        The file cannot be read, is truncated, has no roads, is too large or is far from the datum.
+        The file is missing, truncated, damaged, too large or not a map, has no roads, or is more
+        than 100 km from the datum.
     MissingDependencyError
-        The map is an .osm.pbf, and pyosmium is not installed.
+        The map is an .osm.pbf and pyosmium is not installed.
 
     """
     try:
@@ -113,10 +114,10 @@ def read_roads(
             if roads is Roads.CAR else ('roads or paths', ''))
         raise MapError(
             f'{path} has no {missing}: give an extract with the key highway{hint}')
-    # Each node is projected once, so that roads meet exactly.
+    # Each node is projected once, so roads that share it meet exactly.
     _, first, of_point = np.unique(
         np.concatenate([part.nodes for part in parts]), return_index=True, return_inverse=True)
-    latitude, longitude = np.concatenate([part.places for part in parts])[first].T
+    latitude, longitude = np.concatenate([part.degrees for part in parts])[first].T
     projection = datum or LocalProjection.around(latitude, longitude)
     found = RoadFile(
         str(path), projection, projection.to_metres(latitude, longitude),
@@ -131,12 +132,12 @@ def read_roads(
 
 
 def _parts(way: OsmWay) -> Iterator[OsmWay]:
-    """Yield the parts of a way whose places are known, without repeated points."""
-    known: NDArray[np.bool_] = np.isfinite(way.places[:, 0])
+    """Yield the parts of a way between missing nodes, without repeated points."""
+    known: NDArray[np.bool_] = np.isfinite(way.degrees[:, 0])
     cuts = np.flatnonzero(np.diff(known.astype(np.int8))) + 1
     for part in np.split(np.arange(len(known)), cuts):
         if len(part) and known[part[0]]:
-            again = (way.places[part[1:]] == way.places[part[:-1]]).all(axis=1)
+            again = (way.degrees[part[1:]] == way.degrees[part[:-1]]).all(axis=1)
             part = part[np.concatenate([[True], ~again])]
             if len(part) > 1:
-                yield OsmWay(way.nodes[part], way.places[part], way.one_way)
+                yield OsmWay(way.nodes[part], way.degrees[part], way.one_way)

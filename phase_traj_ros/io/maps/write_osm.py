@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes roads as an .osm, so that a made town has a map."""
+"""Writes roads as an .osm, for synthetic maps."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,8 +19,8 @@ def write_osm(
     Parameters
     ----------
     lines
-        Centre lines (N, 2) in metres. Points within the same millimetre are one node, where
-        roads meet.
+        Centre lines in metres, each (N, 2). Roads meet at points that are equal when rounded to
+        millimetres.
     path
         The file to write, .osm.
     projection
@@ -28,15 +28,15 @@ def write_osm(
 
     """
     points = np.round(np.concatenate(lines), 3) + 0.0
-    places, of_point = np.unique(points, axis=0, return_inverse=True)
-    latitudes, longitudes = projection.to_degrees(*places.T)
+    nodes, of_point = np.unique(points, axis=0, return_inverse=True)
+    latitudes, longitudes = projection.to_degrees(*nodes.T)
     text = ['<?xml version="1.0" encoding="UTF-8"?>', '<osm version="0.6">']
     text += [
         f'<node id="{number}" lat="{latitude:.9f}" lon="{longitude:.9f}"/>'
         for number, (latitude, longitude) in enumerate(zip(latitudes, longitudes), 1)]
     roads = np.split(of_point.reshape(-1) + 1, np.cumsum([len(line) for line in lines])[:-1])
-    for number, nodes in enumerate(roads, 1):
+    for number, road in enumerate(roads, 1):
         text.append(f'<way id="{number}">')
-        text += [f'<nd ref="{node}"/>' for node in nodes]
+        text += [f'<nd ref="{node}"/>' for node in road]
         text += ['<tag k="highway" v="residential"/>', '</way>']
     path.write_text('\n'.join([*text, '</osm>', '']), encoding='utf-8')

@@ -15,7 +15,9 @@ from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameters import Parameters, specs
 
 # Less is the rounding of a chain of frames, or a vehicle frame at the camera.
-_LEAST_HEIGHT_M, _MOST_HEIGHT_M = 0.01, 100.0
+_LEAST_HEIGHT_M = 0.01
+# More is no place on a vehicle.
+_FARTHEST_M = 100.0
 # Metres and degrees by which the same mount may differ.
 _ROUNDING = 1e-5
 _LEVER = 'the lever arm of odom'
@@ -54,7 +56,7 @@ class Mount:
         """
         Return ``given`` with the values that it leaves out and that have an effect.
 
-        Angles and heights that no camera for this package can have are left out.
+        Angles and places that no camera for this package can have are left out.
 
         Raises
         ------
@@ -64,7 +66,7 @@ class Mount:
         """
         found, doubts = dict(self._found(given)), tuple(self._doubts(given))
         settings = given.with_values(found).settings
-        if settings.metric and not settings.speed_given:
+        if settings.metric and not settings.speed_given and abs(self.y) <= _FARTHEST_M:
             return Mounting(given, self, {**found, _LEVER: self.y}, doubts)
         return Mounting(given, self, found, doubts)
 
@@ -78,7 +80,7 @@ class Mount:
         if not given.settings.needs_lens:
             return
         if (given.camera_height == given.speed == 0.0
-                and _LEAST_HEIGHT_M <= self.height <= _MOST_HEIGHT_M):
+                and _LEAST_HEIGHT_M <= self.height <= _FARTHEST_M):
             yield 'camera_height', self.height
         roll = self.roll_deg
         if given.rotate_180:

@@ -24,8 +24,10 @@ _NANOSECONDS = 10**9
 TEXT_RUNS: Final = 50
 """Runs of each code in the texts of the codes: the newest."""
 
-# Variances of unmeasured values, and of the lateral speed, which is close to zero.
-_UNKNOWN = 1e6
+UNKNOWN_VARIANCE: Final = 1e6
+"""Variance of unmeasured values."""
+
+# Variance of the lateral speed, which is close to zero.
 _SIDEWAYS = 0.01
 # Encodings of grey images, by the type of their samples.
 _GREY = {'uint8': 'mono8', 'uint16': 'mono16', 'float32': '32FC1'}
@@ -199,7 +201,8 @@ class Messages:
     def pose(self, corner: Corner, header: Any) -> Any:
         """Return a pose of the path as a PoseStamped."""
         return self._make(
-            'geometry_msgs/msg/PoseStamped', header=header, pose=self._pose(corner))
+            'geometry_msgs/msg/PoseStamped', header=header,
+            pose=self.pose_in_plane(corner.x, corner.y, corner.yaw))
 
     def odometry(self, odometry: Odometry, child_frame_id: str, header: Any) -> Any:
         """Return a nav_msgs/Odometry; the variances of unmeasured values are large."""
@@ -209,21 +212,23 @@ class Messages:
 
     def _pose_with_covariance(self, odometry: Odometry) -> Any:
         return self._make(
-            'geometry_msgs/msg/PoseWithCovariance', pose=self._pose(odometry.pose),
-            covariance=_covariance(odometry.covariance))
+            'geometry_msgs/msg/PoseWithCovariance', pose=self.pose_in_plane(
+                odometry.pose.x, odometry.pose.y, odometry.pose.yaw),
+            covariance=spatial_covariance(odometry.covariance))
 
     def _twist(self, odometry: Odometry) -> Any:
         return self._make(
             'geometry_msgs/msg/TwistWithCovariance', twist=self._make(
                 'geometry_msgs/msg/Twist', linear=self._vector(odometry.speed),
                 angular=self._vector(z=odometry.yaw_rate)),
-            covariance=_covariance(np.diag(
+            covariance=spatial_covariance(np.diag(
                 [odometry.speed_variance, _SIDEWAYS, odometry.yaw_rate_variance])))
 
-    def _pose(self, corner: Corner) -> Any:
+    def pose_in_plane(self, x: float, y: float, yaw: float) -> Any:
+        """Return a geometry_msgs/Pose at height 0, from metres and radians."""
         return self._make(
-            'geometry_msgs/msg/Pose', orientation=self._yaw(corner.yaw), position=self._make(
-                'geometry_msgs/msg/Point', x=float(corner.x), y=float(corner.y), z=0.0))
+            'geometry_msgs/msg/Pose', orientation=self._yaw(yaw), position=self._make(
+                'geometry_msgs/msg/Point', x=float(x), y=float(y), z=0.0))
 
     def _vector(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Any:
         return self._make('geometry_msgs/msg/Vector3', x=x, y=y, z=z)
@@ -253,8 +258,12 @@ def _response(shift: Shift | None) -> float:
     return 0.0 if shift is None else shift.response
 
 
-def _covariance(part: ArrayLike) -> NDArray[np.float64]:
-    """Return the spatial covariance, (36,), of a planar one of x, y and yaw, (3, 3)."""
-    whole = np.diag([0.0, 0.0, _UNKNOWN, _UNKNOWN, _UNKNOWN, 0.0])
+def spatial_covariance(part: ArrayLike) -> NDArray[np.float64]:
+    """
+    Return the covariance of a pose or twist message, (36,), from that of x, y and yaw, (3, 3).
+
+    The variances of z, roll and pitch are ``UNKNOWN_VARIANCE``.
+    """
+    whole = np.diag([0.0, 0.0, UNKNOWN_VARIANCE, UNKNOWN_VARIANCE, UNKNOWN_VARIANCE, 0.0])
     whole[_ON_THE_GROUND] = part
     return whole.ravel()

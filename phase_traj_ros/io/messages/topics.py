@@ -18,7 +18,7 @@ class Topic:
     """Whether late subscribers receive the last message at once."""
 
 
-PER_PAIR: Final = (
+ALWAYS: Final = (
     Topic('movement', 'std_msgs/msg/UInt8'),
     Topic('direction', 'std_msgs/msg/UInt8'),
     Topic('shift', 'geometry_msgs/msg/Vector3Stamped'),
@@ -51,7 +51,7 @@ DEBUG_IMAGE: Final = Topic('debug_image', 'sensor_msgs/msg/Image')
 
 def pair_topics(parameters: Parameters) -> tuple[Topic, ...]:
     """Return the topics of ``Messages.of_pair`` for these parameters."""
-    topics: tuple[Topic, ...] = PER_PAIR
+    topics: tuple[Topic, ...] = ALWAYS
     if parameters.settings.measures_heading:
         topics += HEADING
     metric = (ODOMETRY, POSE_WITH_COVARIANCE, SPEED) if parameters.settings.metric else ()

@@ -42,8 +42,8 @@ def reliability_content(found: Reliability) -> dict[str, Any]:
         'reliable': found.reliable,
         'reasons': list(found.words),
         'unreliable_spans': [
-            {'start': span.start_ns / 1e9, 'end': span.end_ns / 1e9, 'reasons': list(span.words)}
-            for span in found.spans],
+            {'start': span.start_ns / 1e9, 'end': span.end_ns / 1e9,
+             'reasons': [reason.value for reason in span.reasons]} for span in found.spans],
     }
 
 

@@ -217,8 +217,8 @@ class FrameSource(ABC):
                     break
             else:
                 self.frames = replace(self.frames, read=number + 1)
-        if not selector.used:
-            if not selector.seen:
+        if not selector.inside:
+            if number < 0:
                 raise SourceError(f'{self.description}: no frame could be read')
             start, duration = self._selection.start, self._selection.duration
             length = '' if duration is None else f', duration {duration:g} s'

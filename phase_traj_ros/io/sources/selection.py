@@ -72,14 +72,11 @@ class Selector:
     def __init__(self, selection: Selection) -> None:
         self._selection = selection
         self._first_ns: int | None = None
-        self._inside = 0
         self._behind_in_a_row = 0
         self.over = False
         """Whether no later frame is selected."""
-        self.seen = 0
-        """Number of frames judged so far."""
-        self.used = 0
-        """Number of frames selected so far."""
+        self.inside = 0
+        """Number of frames within the part so far, of which every N-th is selected."""
         self.span_ns = 0
         """Latest stamp so far, in nanoseconds since the first frame."""
 
@@ -88,7 +85,6 @@ class Selector:
         if self._first_ns is None:
             self._first_ns = stamp_ns
         elapsed = stamp_ns - self._first_ns
-        self.seen += 1
         self.span_ns = max(self.span_ns, elapsed)
         start, end = self._selection.start_ns, self._selection.end_ns
         if end is not None and elapsed >= end:
@@ -98,7 +94,5 @@ class Selector:
         self._behind_in_a_row = 0
         if self.over or (start and elapsed < start):
             return False
-        used = self._inside % self._selection.every == 0
-        self._inside += 1
-        self.used += used
-        return used
+        self.inside += 1
+        return (self.inside - 1) % self._selection.every == 0

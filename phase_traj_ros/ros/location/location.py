@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The map of the node: pairs and fixes in, the place of the vehicle out."""
+"""Locates the vehicle from pairs of frames and position fixes, and publishes its place."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import math
 
 from nav_msgs.msg import Odometry as OdometryMessage
 from phase_traj_ros.core import Update
+from phase_traj_ros.core.localization.fixes.track import check_age
 from phase_traj_ros.core.localization.locator import MapLocator
-from phase_traj_ros.core.localization.window import check_age
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_classes import Roads
@@ -24,7 +24,6 @@ from phase_traj_ros.ros.location.messages import (
     fix_message,
     map_to_odom,
     odometry_message,
-    pose_message,
     position_fix,
     road_markers,
 )
@@ -47,22 +46,22 @@ class Location:
     """
     Locates the vehicle on the road map of the parameter ``map_file``.
 
-    The locator runs in a thread of its own. What it has found is published with the next frame,
-    or within a second, with the stamp of its own.
+    The locator runs in its own thread. Its estimates are published with the next frame or within
+    a second, with the stamps of the frames that they belong to.
     """
 
     def __init__(self, node: Node, entities: Entities, values: Parameters) -> None:
         """
-        Read the map, and make the publishers on ``node``.
+        Read the map, start the locator, and make the publishers on ``node``.
 
         Raises
         ------
         ParameterError
-            A parameter contradicts the map.
+            The heading is not measured, or ``map_datum`` is not a position.
         MapError
-            The map cannot be read.
+            The map cannot be used, see ``read_roads``.
         MissingDependencyError
-            A package is missing that the map or a message needs.
+            The map or a message needs a package that is not installed.
 
         """
         if not values.settings.by_heading:
@@ -71,7 +70,7 @@ class Location:
                 ' distance, so leave code_source auto, without a threshold')
         self._node = node
         self.values = values
-        """Values of the parameters; the frame of the vehicle may change."""
+        """Values of the parameters; the frame of the vehicle may change while the node runs."""
         self._motions = Motions()
         self._newest = Placed(Moved(0, ()), UNKNOWN)
         self._stamp_ns: int | None = None
@@ -87,7 +86,7 @@ class Location:
             self._candidates = entities.create_publisher(MarkerArray, '~/candidates', 1)
             roads = entities.create_publisher(MarkerArray, '~/roads', LATCHED)
             roads.publish(road_markers(self._roads.lines, MESSAGES.header(0, MAP_FRAME)))
-            # The odometry of REP 105 is in metres; /tf_static may give the height later.
+            # REP 105 needs an odometry in metres; /tf_static may give the camera height later.
             self._transform = (
                 MapTransform(node, entities, values.odom_frame)
                 if values.publish_map_tf and values.settings.metric else None)
@@ -106,7 +105,7 @@ class Location:
         return str(self._node.resolve_topic_name('fix'))
 
     def add(self, update: Update) -> None:
-        """Locate a pair of frames, and publish what has been located since the last one."""
+        """Queue a pair of frames to be located; publish the estimates since the last one."""
         pair = MovedPair.of(update)
         if pair is not None:
             self._stamp_ns = update.stamp_ns
@@ -114,20 +113,20 @@ class Location:
         self._publish_placed()
 
     def interrupt(self, stamp_ns: int) -> None:
-        """Report the end of a drive at ``stamp_ns``: what the vehicle does then is unknown."""
+        """Report the end of a drive at ``stamp_ns``, after which the motion is unknown."""
         self._motions = Motions()
-        # The next drive may be much later, or of another clock.
+        # The next drive may begin much later, or use another clock.
         self._stamp_ns = None
         self._worker.add(Moved(stamp_ns, (ANYWHERE,)))
 
     def check(self, values: Parameters) -> None:
         """
-        Check that the location can continue with other values of the parameters.
+        Check that the location can continue with changed values of the parameters.
 
         Raises
         ------
         ParameterError
-            The frame changes whose parent is published.
+            The frame of the odometry changes while its parent is published.
 
         """
         if self._transform is not None and values.odom_frame != self.values.odom_frame:
@@ -136,7 +135,7 @@ class Location:
                 ' start')
 
     def close(self) -> None:
-        """End the thread of the locator."""
+        """Stop the thread of the locator."""
         self._worker.close()
 
     def report(self) -> Report:
@@ -195,7 +194,7 @@ class Location:
             odometry_message(estimate, moved.odometry, header, values.child_frame_id))
         if self._transform is not None and moved.odometry is not None:
             self._transform.publish(
-                header, pose_message(*map_to_odom(estimate, moved.odometry)))
+                header, MESSAGES.pose_in_plane(*map_to_odom(estimate, moved.odometry)))
 
     def _publish_candidates(self) -> None:
         self._publish_placed()
@@ -206,7 +205,7 @@ class Location:
 
 
 def _datum(text: str) -> LocalProjection | None:
-    """Return the plane around ``LAT,LON``; None for the middle of the map."""
+    """Return the projection around ``LAT,LON``; None, for the middle of the map, if empty."""
     if not text:
         return None
     try:

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Publishes the transform from the map to the odometry, unless another node does."""
+"""Publishes the transform from the map to the odometry, unless another node does so."""
 
 from collections import deque
 from typing import Any
@@ -12,21 +12,21 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Header
 
-# Own transforms that may still arrive.
+# Number of own transforms that are recognised on /tf.
 _OWN = 200
 
 
 class MapTransform:
     """
-    Publishes the parent of the frame of the odometry (REP 105).
+    Publishes the pose of the frame of the odometry in that of the map (REP 105).
 
-    A frame with two parents breaks the tf tree. So this one listens to /tf, and falls silent when
-    another node gives the frame a parent.
+    A frame with two parents breaks the tf tree. So it stops publishing as soon as another node
+    gives the frame a parent on /tf or /tf_static.
     """
 
     def __init__(self, node: Node, entities: Entities, frame_id: str) -> None:
         """
-        Listen on ``node``; ``frame_id`` is the frame of the odometry.
+        Make the publisher and the subscriptions; ``frame_id`` is the frame of the odometry.
 
         Raises
         ------

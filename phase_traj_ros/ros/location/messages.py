@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Messages of a located vehicle."""
+"""Converts estimates, fixes and roads between the locator and ROS messages."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from itertools import pairwise
 import math
 from typing import Any
 
-from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
+from geometry_msgs.msg import Point, Vector3
 from nav_msgs.msg import Odometry as OdometryMessage
 import numpy as np
 from numpy.typing import NDArray
@@ -18,18 +18,16 @@ from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimat
 from phase_traj_ros.core.localization.given import PositionFix
 from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.io.maps.projection import LocalProjection
+from phase_traj_ros.io.messages.published import spatial_covariance, UNKNOWN_VARIANCE
 from phase_traj_ros.io.messages.stamps import to_nanoseconds
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from sensor_msgs.msg import NavSatFix, NavSatStatus
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-# Indices of x, y and yaw in x, y, z, roll, pitch and yaw.
-_PLANE = np.ix_((0, 1, 5), (0, 1, 5))
-# Variances of what is not measured.
-_UNKNOWN = 1e6
-# Standard deviation of a fix whose receiver does not tell it, in metres.
-_UNTOLD = 10.0
+# Standard deviation of a fix whose receiver does not report one, in metres.
+_DEFAULT_DEVIATION = 10.0
+# Sizes of markers in metres.
 _ROAD_WIDTH = 2.0
 _CERTAIN_SIZE = 30.0
 _SMALLEST_SIZE = 4.0
@@ -41,7 +39,7 @@ def fix_message(
     estimate: LocationEstimate, stamp_ns: int, frame_id: str,
     projection: LocalProjection,
 ) -> NavSatFix:
-    """Return the place as a NavSatFix: STATUS_NO_FIX and NaN while it is not known."""
+    """Return an estimate as a NavSatFix; STATUS_NO_FIX and NaN if the place is not known."""
     message = NavSatFix(header=MESSAGES.header(stamp_ns, frame_id))
     message.altitude = math.nan
     if not estimate.claimed:
@@ -51,7 +49,7 @@ def fix_message(
     message.status.status = NavSatStatus.STATUS_FIX
     latitude, longitude = projection.to_degrees(estimate.x, estimate.y)
     message.latitude, message.longitude = float(latitude), float(longitude)
-    covariance = np.diag([0.0, 0.0, _UNKNOWN])
+    covariance = np.diag([0.0, 0.0, UNKNOWN_VARIANCE])
     covariance[:2, :2] = np.array(estimate.covariance)[:2, :2]
     message.position_covariance = covariance.reshape(-1)
     message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_KNOWN
@@ -60,14 +58,14 @@ def fix_message(
 
 def position_fix(message: NavSatFix, projection: LocalProjection) -> PositionFix | None:
     """
-    Return a NavSatFix in metres of the map; None if it has no position there.
+    Return a NavSatFix in metres of the map; None if it has no position on its hemisphere.
 
-    A stamp of 0 is that of the newest pair.
+    A fix with the stamp 0 applies to the newest pair.
 
     Raises
     ------
     ValueError
-        The covariance is not valid.
+        The covariance is not valid, see ``PositionFix``.
 
     """
     if message.status.status < NavSatStatus.STATUS_FIX:
@@ -77,7 +75,8 @@ def position_fix(message: NavSatFix, projection: LocalProjection) -> PositionFix
         return None
     stamp_ns = to_nanoseconds(message.header.stamp) or None
     if message.position_covariance_type == NavSatFix.COVARIANCE_TYPE_UNKNOWN:
-        return PositionFix(x, y, _UNTOLD ** 2, _UNTOLD ** 2, stamp_ns=stamp_ns)
+        return PositionFix(
+            x, y, _DEFAULT_DEVIATION ** 2, _DEFAULT_DEVIATION ** 2, stamp_ns=stamp_ns)
     covariance = message.position_covariance
     return PositionFix(
         x, y, float(covariance[0]), float(covariance[4]), float(covariance[1]), stamp_ns)
@@ -86,53 +85,46 @@ def position_fix(message: NavSatFix, projection: LocalProjection) -> PositionFix
 def odometry_message(
     estimate: LocationEstimate, odometry: Odometry | None, header: Header, child_frame: str,
 ) -> OdometryMessage:
-    """Return a known place as an Odometry; the twist is that of the odometry, if it is known."""
+    """Return a known place as a nav_msgs/Odometry, with the twist of ``odometry`` if given."""
     message = OdometryMessage(header=header, child_frame_id=child_frame)
     if odometry is not None:
         message = MESSAGES.odometry(odometry, child_frame, header)
     else:
-        message.twist.covariance = (np.eye(6) * _UNKNOWN).reshape(-1)
-    message.pose.pose = pose_message(estimate.x, estimate.y, estimate.heading)
-    covariance = np.eye(6) * _UNKNOWN
-    covariance[_PLANE] = np.array(estimate.covariance)
-    message.pose.covariance = covariance.reshape(-1)
+        message.twist.covariance = spatial_covariance(np.eye(3) * UNKNOWN_VARIANCE)
+    message.pose.pose = MESSAGES.pose_in_plane(estimate.x, estimate.y, estimate.heading)
+    message.pose.covariance = spatial_covariance(estimate.covariance)
     return message
 
 
 def map_to_odom(
     estimate: LocationEstimate, odometry: Odometry,
 ) -> tuple[float, float, float]:
-    """Return x, y and yaw of the frame of an odometry in the frame of the map."""
+    """Return the pose of the frame of the odometry in that of the map: x, y and yaw."""
     pose = odometry.pose
     turn = math.remainder(estimate.heading - pose.yaw, math.tau)
     origin = complex(estimate.x, estimate.y) - cmath.rect(1.0, turn) * complex(pose.x, pose.y)
     return origin.real, origin.imag, turn
 
 
-def pose_message(x: float, y: float, yaw: float) -> Pose:
-    """Return a pose in the plane."""
-    orientation = Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
-    return Pose(position=Point(x=x, y=y), orientation=orientation)
-
-
 def road_markers(lines: Sequence[NDArray[np.float64]], header: Header) -> MarkerArray:
-    """Return the roads as one marker of line segments."""
+    """Return the roads, polylines (N, 2) in metres, as one marker of line segments."""
     points: list[Point] = []
     for line in lines:
         corners = [Point(x=x, y=y) for x, y in line.tolist()]
         points += [each for pair in pairwise(corners) for each in pair]
     return MarkerArray(markers=[Marker(
-        header=header, ns='roads', type=Marker.LINE_LIST, pose=pose_message(0.0, 0.0, 0.0),
-        scale=Vector3(x=_ROAD_WIDTH), color=_GREY, points=points)])
+        header=header, ns='roads', type=Marker.LINE_LIST,
+        pose=MESSAGES.pose_in_plane(0.0, 0.0, 0.0), scale=Vector3(x=_ROAD_WIDTH), color=_GREY,
+        points=points)])
 
 
 def candidate_markers(candidates: Sequence[Candidate], header: Header) -> MarkerArray:
-    """Return the candidates as arrows, larger where they are more probable."""
+    """Return the candidates as arrows, sized by their probabilities."""
     markers: list[Any] = [Marker(header=header, ns='candidates', action=Marker.DELETEALL)]
     for number, each in enumerate(candidates):
         size = max(_CERTAIN_SIZE * math.sqrt(each.probability), _SMALLEST_SIZE)
         markers.append(Marker(
             header=header, ns='candidates', id=number, type=Marker.ARROW,
-            pose=pose_message(each.x, each.y, each.heading),
+            pose=MESSAGES.pose_in_plane(each.x, each.y, each.heading),
             scale=Vector3(x=size, y=size / 3, z=size / 3), color=_RED))
     return MarkerArray(markers=markers)

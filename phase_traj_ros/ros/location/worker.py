@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the locator in a thread behind a queue, so that its slowest step delays no frame."""
+"""Runs the locator in a thread with a queue, so that a slow step delays no frame."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.tasks.location.motion import ANYWHERE, Motion
 from phase_traj_ros.tasks.location.run import feed
 
-# Pairs that wait; more are left out, as if they had not been seen.
+# Largest number of waiting pairs and fixes. More are dropped; dropped pairs are an interruption.
 _MOST_WAITING: Final = 6000
 
 
@@ -28,9 +28,9 @@ class Moved:
     stamp_ns
         Stamp of its second frame, in nanoseconds.
     motions
-        What the locator is given.
+        Input of the locator for the pair.
     odometry
-        The pose in metres after it; None if it is not known.
+        Odometry after the pair, in metres; None if it is unknown.
     """
 
     stamp_ns: int
@@ -40,7 +40,7 @@ class Moved:
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """A located pair."""
+    """A pair of frames, and the estimate after it."""
 
     moved: Moved
     estimate: LocationEstimate
@@ -50,7 +50,7 @@ _Task: TypeAlias = Moved | PositionFix | None
 
 
 class LocatorWorker:
-    """Owns a locator and its thread; all methods may be called from any other thread."""
+    """Runs a locator in a thread; its methods may be called from any other thread."""
 
     def __init__(self, locator: MapLocator) -> None:
         """Start the thread."""
@@ -62,22 +62,21 @@ class LocatorWorker:
         self.fixes_used = 0
         """Position fixes that the locator has used."""
         self.fixes_refused = 0
-        """Position fixes that contradict what is known, follow another too closely, or that it
-        cannot place in time."""
+        """Position fixes that it has not used, see ``MapLocator.fix``."""
         self.left_out = 0
-        """Pairs that were left out because too many were waiting."""
+        """Pairs that were dropped because too many were waiting."""
         self.failure: Exception | None = None
-        """What has ended the thread; None while it runs."""
+        """The error that ended the thread; None without one."""
         self._thread = threading.Thread(target=self._run, name='locator', daemon=True)
         self._thread.start()
 
     @property
     def waiting(self) -> int:
-        """Return the number of pairs and fixes that wait."""
+        """Return the number of waiting pairs and fixes."""
         return self._tasks.qsize()
 
     def add(self, moved: Moved) -> None:
-        """Locate a pair as soon as those before it are located."""
+        """Queue a pair; drop it if too many are waiting."""
         if self.waiting >= _MOST_WAITING:
             self._leaves_out = True
             self.left_out += 1
@@ -88,16 +87,16 @@ class LocatorWorker:
         self._tasks.put(moved)
 
     def fix(self, fix: PositionFix) -> None:
-        """Pass a position to the locator, after the pairs so far."""
+        """Queue a position fix; drop it if too many are waiting."""
         if self.waiting < _MOST_WAITING:
             self._tasks.put(fix)
 
     def take(self) -> list[Placed]:
-        """Return the pairs located since the last call, oldest first."""
+        """Return the pairs that were located since the last call, oldest first."""
         return [self._placed.popleft() for _ in range(len(self._placed))]
 
     def close(self) -> None:
-        """End the thread after the step in progress."""
+        """Stop the thread after the step in progress, and wait for it."""
         self._closing.set()
         self._tasks.put(None)
         self._thread.join()
@@ -106,7 +105,7 @@ class LocatorWorker:
         try:
             while (task := self._tasks.get()) is not None and not self._closing.is_set():
                 self._do(task)
-        except Exception as error:  # The node reports it; the images go on.
+        except Exception as error:  # The node reports it, and continues without a place.
             self.failure = error
 
     def _do(self, task: Moved | PositionFix) -> None:

@@ -82,10 +82,6 @@ class Drive:
         """Return the pose of the camera at this frame."""
         return Pose(*self.poses[frame].tolist())
 
-    def yaw_steps(self) -> Floats:
-        """Return the yaw of the camera from each frame to the next, (N - 1,) radians."""
-        return np.diff(np.unwrap(self.poses[:, 2]))
-
     def take(self, frames: npt.ArrayLike) -> Drive:
         """
         Return the drive reduced to these frames, given by rising indices.

@@ -152,11 +152,11 @@ class Town:
             return
         (body, outline) = (self._any(Material.CAR_SIDE), self._outline(Outline.CAR_SIDE))
         for side in (left, -left):
-            middle = place + 0.5 * width * side
+            (middle, before) = (place + 0.5 * width * side, len(self.panels))
             self.wall(middle - 0.5 * length * ahead, middle + 0.5 * length * ahead, height,
                       Material.CAR_SIDE, texture=body, gain=self.lit(side), reach=110.0)
-            self.panels[-1:] = [
-                panel._replace(silhouette=outline, offset=0.0) for panel in self.panels[-1:]]
+            self.panels[before:] = [
+                panel._replace(silhouette=outline, offset=0.0) for panel in self.panels[before:]]
         for (end, share) in ((ahead, 0.92), (-ahead, 0.6)):
             middle = place + 0.5 * length * end
             self.wall(middle - 0.5 * width * left, middle + 0.5 * width * left, share * height,

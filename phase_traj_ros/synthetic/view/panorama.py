@@ -15,13 +15,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 from phase_traj_ros.synthetic.arrays import as_bytes, Bytes, Floats, Singles
-from phase_traj_ros.synthetic.camera import (
-    BODY_TO_PICTURE,
-    Camera,
-    fisheye_radius,
-    Pose,
-    rotation,
-)
+from phase_traj_ros.synthetic.camera import Camera, fisheye_radius, Pose, tilt
 
 #: Half the angle of a view, in radians; a margin for the interpolation is added.
 _HALF = np.radians(30.0)
@@ -58,8 +52,7 @@ def rays(camera: Camera) -> Floats:
 @lru_cache(maxsize=4)
 def _cut(camera: Camera, pitch: float, roll: float) -> _Cut:
     """Return the views that cover the image of a fisheye; pitch and roll in radians."""
-    tilt = BODY_TO_PICTURE @ rotation(0.0, pitch, roll) @ BODY_TO_PICTURE.T
-    (x, y, z) = np.moveaxis(rays(camera) @ tilt.T, -1, 0)
+    (x, y, z) = np.moveaxis(rays(camera) @ tilt(pitch, roll).T, -1, 0)
     azimuth = np.arctan2(x, z)
     view = np.rint(azimuth / (2 * _HALF)).astype(int)
     slope = np.clip(y / np.maximum(np.hypot(x, z), 1e-9), -_STEEPEST, _STEEPEST)

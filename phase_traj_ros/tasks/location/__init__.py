@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Locates drives on road maps, and writes where they went."""
+"""Locates drives on road maps, and writes the results."""

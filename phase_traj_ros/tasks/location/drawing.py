@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Draws roads, tracks and candidates as SVG, in the colours of the page around it."""
+"""Draws roads, tracks and candidates as SVG; the style sheet of the page has the colours."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ Points = NDArray[np.float64]
 # Least width and height of a view in metres, and its margin as a share of the larger one.
 _LEAST_VIEW: Final = 300.0
 _MARGIN: Final = 0.12
-# Radius of a certain candidate, as a share of the view.
+# Radius of a candidate with the probability 1, and the least radius, as shares of the view.
 _CERTAIN: Final = 0.05
 _SMALLEST: Final = 0.004
 
 
 @dataclass(frozen=True, slots=True)
-class View:
-    """A rectangle of the map in metres; north is up."""
+class MapView:
+    """A rectangle of the map in metres, drawn with north at the top."""
 
     west: float
     south: float
@@ -36,8 +36,8 @@ class View:
     north: float
 
     @classmethod
-    def around(cls, points: Points) -> View:
-        """Return the view of points (N, 2) with a margin."""
+    def around(cls, points: Points) -> MapView:
+        """Return the view of points (N, 2), N at least 1, with a margin."""
         (west, south), (east, north) = points.min(axis=0), points.max(axis=0)
         margin = _MARGIN * max(east - west, north - south)
         wide = max(margin, (_LEAST_VIEW - (east - west)) / 2)
@@ -50,29 +50,29 @@ class View:
         return max(self.east - self.west, self.north - self.south)
 
     def svg(self, content: Iterable[str], *, label: str) -> str:
-        """Return the drawing with this content."""
+        """Return the drawing of SVG elements; ``label`` is its accessible name."""
         box = f'0 0 {self.east - self.west:.1f} {self.north - self.south:.1f}'
         return (
             f'<svg class="roadmap" viewBox="{box}" role="img" aria-label="{label}">'
             f'{"".join(content)}</svg>')
 
     def place(self, points: Points) -> Points:
-        """Return points (N, 2) in the coordinates of the drawing."""
+        """Return points (N, 2) of the map in the coordinates of the drawing."""
         return np.stack([points[:, 0] - self.west, self.north - points[:, 1]], axis=1)
 
     def line(self, points: Points, kind: str) -> str:
-        """Return a line through points (N, 2); ``kind`` is its class in the style sheet."""
+        """Return a polyline through points (N, 2); ``kind`` is its class in the style sheet."""
         return f'<path class="{kind}" d="{_path(self.place(points))}"/>'
 
     def dot(self, x: float, y: float, kind: str, *, radius: float, hint: str) -> str:
-        """Return a dot; ``radius`` is a share of the view."""
+        """Return a dot with a tooltip; ``radius`` is a share of the view."""
         (left, top), = self.place(np.array([[x, y]]))
         return (
             f'<circle class="{kind}" cx="{left:.1f}" cy="{top:.1f}"'
             f' r="{radius * self.size:.1f}"><title>{hint}</title></circle>')
 
     def roads(self, lines: Iterable[Points]) -> str:
-        """Return those of the roads that may be seen in this view."""
+        """Return the roads, polylines (N, 2), that may be visible in this view."""
         seen = (
             line for line in lines
             if line[:, 0].max() >= self.west and line[:, 0].min() <= self.east
@@ -80,7 +80,7 @@ class View:
         return f'<path class="roads" d="{"".join(_path(self.place(line)) for line in seen)}"/>'
 
     def candidates(self, candidates: Sequence[Candidate]) -> str:
-        """Return dots whose areas are the probabilities."""
+        """Return dots whose areas are proportional to the probabilities."""
         return ''.join(
             self.dot(
                 each.x, each.y, 'candidate', hint=f'{each.probability:.3f}',
@@ -88,7 +88,7 @@ class View:
             for each in candidates)
 
     def scale_bar(self) -> str:
-        """Return a bar of a round length, with that length."""
+        """Return a scale bar of a round length, with a label."""
         wanted = self.size / 5
         power = 10 ** math.floor(math.log10(wanted))
         length = max(factor * power for factor in (1, 2, 5) if factor * power <= wanted)
@@ -101,15 +101,19 @@ class View:
 
 
 def draw_track(located: Located) -> str:
-    """Return the roads, and over them the track, with the way to where it became known."""
+    """
+    Return the roads and the track, including the part before the first claim, as SVG.
+
+    Without a claim, the candidates at the end replace the track.
+    """
     tracks = [
         np.array([(pose.estimate.x, pose.estimate.y) for pose in track])
         for track in located.tracks]
-    way = way_before(located)
-    view = View.around(np.concatenate([*tracks, way]) if tracks else located.roads.nodes)
+    before = track_before(located)
+    view = MapView.around(np.concatenate([*tracks, before]) if tracks else located.roads.nodes)
     content = [view.roads(located.roads.lines)]
     if tracks:
-        content += [view.line(way, 'before'), *(view.line(track, 'track') for track in tracks)]
+        content += [view.line(before, 'before'), *(view.line(track, 'track') for track in tracks)]
         (first_x, first_y), (last_x, last_y) = tracks[0][0], tracks[-1][-1]
         content += [
             view.dot(first_x, first_y, 'first', radius=0.012, hint='known from here'),
@@ -120,29 +124,31 @@ def draw_track(located: Located) -> str:
 
 
 def draw_candidates(located: Located, pose: LocatedPose) -> str:
-    """Return the whole map with the candidates at a pose."""
-    view = View.around(located.roads.nodes)
+    """Return the whole map and the candidates at a pose as SVG."""
+    view = MapView.around(located.roads.nodes)
     return view.svg(
         [view.roads(located.roads.lines), view.candidates(pose.estimate.candidates),
          view.scale_bar()], label='Candidates')
 
 
 def moments_before(located: Located, count: int = 4) -> list[LocatedPose]:
-    """Return poses at equal distances up to the first claim, or up to the end without one."""
+    """Return at most ``count`` poses at equal distances up to the first claim, or to the end."""
     first = located.first_claim
     end = located.poses[-1].driven if first is None else first.driven
-    told = [
+    estimated = [
         pose for pose in located.poses if pose.estimate is not UNKNOWN and pose.driven <= end]
+    if not estimated:
+        return []
     wanted = [end * (number + 1) / count for number in range(count)]
-    found = [min(told, key=lambda pose: abs(pose.driven - at)) for at in wanted] if told else []
+    found = [min(estimated, key=lambda pose: abs(pose.driven - at)) for at in wanted]
     return list({pose.stamp_ns: pose for pose in found}.values())
 
 
-def way_before(located: Located) -> Points:
+def track_before(located: Located) -> Points:
     """
-    Return the way to the first claim, reckoned back from it by the odometry, (N, 2).
+    Return the track up to the first claim, by dead reckoning backwards from it, (N, 2) in metres.
 
-    It begins after the last interruption, and has no points without a claim.
+    It begins at the last interruption before the claim. It is empty without a claim.
     """
     first = located.first_claim
     if first is None:
@@ -150,8 +156,8 @@ def way_before(located: Located) -> Points:
     claim = first.estimate
     x, y, heading = claim.x, claim.y, claim.heading
     points = [(x, y)]
-    before = located.odometry.motions[:located.poses.index(first)]
-    for motion in reversed(list(chain.from_iterable(before))):
+    motions = located.odometry.motions[:located.poses.index(first)]
+    for motion in reversed(list(chain.from_iterable(motions))):
         if not isinstance(motion, OdometryStep):
             break
         middle = heading - motion.yaw / 2
@@ -163,5 +169,5 @@ def way_before(located: Located) -> Points:
 
 
 def _path(points: Points) -> str:
-    """Return a line as the data of an SVG path, to the decimetre."""
+    """Return a polyline (N, 2) as the data of an SVG path, rounded to decimetres."""
     return 'M' + 'L'.join(f'{x:.1f} {y:.1f}' for x, y in points.tolist())

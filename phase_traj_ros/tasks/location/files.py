@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes where a drive went, as CSV, GeoJSON, GPX and a key of chain_code.json."""
+"""Writes the track of a located drive as CSV, GeoJSON, GPX and a key of chain_code.json."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ LOCATION_COLUMNS: Final = (
     'stamp', 'latitude', 'longitude', 'heading_deg', 'probability', 'standard_deviation')
 REPORT: Final = 'location.html'
 LOCATION_FILES: Final = ('location.csv', 'track.geojson', 'track.gpx', REPORT)
-"""Files that a located drive has in its folder."""
+"""Files in the output folder of a located drive."""
 
-# Candidates in chain_code.json.
+# Largest number of candidates in chain_code.json.
 _MOST_CANDIDATES: Final = 5
-# Earlier stamps count from the start of a recording, and not from 1970: 2001 and later.
+# Stamps from 2001 on are times; smaller ones count from the start of a recording.
 _EPOCH_NS: Final = 10**18
 
 
@@ -42,8 +42,8 @@ def write_rows(located: Located, path: Path) -> None:
     """
     Write one row per pose as CSV.
 
-    Latitude and longitude in degrees, the compass bearing in degrees clockwise from north, and
-    the standard deviation of the position in metres are empty while the place is not known.
+    Latitude and longitude are in degrees, the bearing in degrees clockwise from north, the
+    standard deviation of the position in metres. They are empty while the place is not known.
     """
     with path.open('w', encoding='utf-8', newline='') as file:
         table = csv.writer(file, lineterminator='\n')
@@ -89,7 +89,7 @@ def write_gpx(located: Located, path: Path) -> None:
 
 
 def location_content(located: Located) -> dict[str, Any]:
-    """Return what is known in the form of the files; docs/reference/files.md has the keys."""
+    """Return the content of the key ``location``; docs/reference/files.md describes it."""
     first, last = located.first_claim, located.poses[-1]
     near = located.near
     content: dict[str, Any] = {
@@ -113,12 +113,12 @@ def location_content(located: Located) -> dict[str, Any]:
 
 def add_to_chain_code(located: Located, source: Path, target: Path) -> None:
     """
-    Write the chain_code.json of a replay again, with the key ``location``.
+    Copy the chain_code.json of a replay, and add the key ``location``.
 
     Raises
     ------
     ResultError
-        ``source`` is not what a replay writes.
+        ``source`` cannot be read, is not a JSON object, or ``target`` cannot be written.
 
     """
     try:
@@ -129,7 +129,7 @@ def add_to_chain_code(located: Located, source: Path, target: Path) -> None:
 
 
 def degrees(located: Located, place: LocationEstimate | Candidate) -> tuple[float, float]:
-    """Return latitude and longitude of a place, in degrees."""
+    """Return the latitude and longitude of a place in degrees."""
     latitude, longitude = located.roads.projection.to_degrees(place.x, place.y)
     return float(latitude), float(longitude)
 
@@ -154,7 +154,7 @@ def _place(located: Located, place: LocationEstimate | Candidate) -> dict[str, f
 
 
 def _coordinates(located: Located, track: list[LocatedPose]) -> list[tuple[float, float]]:
-    """Return longitude and latitude of each pose, as GeoJSON has them."""
+    """Return the longitude and latitude of each pose in degrees, in the order of GeoJSON."""
     places = [degrees(located, pose.estimate) for pose in track]
     return [(round(longitude, 8), round(latitude, 8)) for latitude, longitude in places]
 

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the code of equal links from a text file: a line, or what a topic printed."""
+"""Reads the chain code of equal links from a text file or the output of ``ros2 topic echo``."""
 
 from __future__ import annotations
 
@@ -14,28 +14,29 @@ from phase_traj_ros.core.codes.links import MIN_STEP
 from phase_traj_ros.core.codes.text import LinksText, parse_links
 from phase_traj_ros.errors import SourceError
 
-# A message, also as ``ros2 topic echo`` prints it.
+# A line of equal links, bare or as ``ros2 topic echo`` prints it.
 _MESSAGE: Final = re.compile(r"""^[ \t]*(?:data:[ \t]*)?['"]?(step [^'"\r\n]*)""", re.MULTILINE)
-# Bytes in which the first message begins, whatever `ros2 topic echo` or a person wrote before it.
+# The first line of links begins within this many bytes; other lines may precede it.
 _BEGINS: Final = 65_536
 _UNITS: Final = (LengthUnit.METRE.value, LengthUnit.CAMERA_HEIGHT.value)
-# Longest link that still tells streets apart, and most links of a drive: memory is not endless.
+# Longer links do not tell streets apart. More links would need too much memory.
 _LONGEST, _MOST = 100.0, 200_000
 
 
 def holds_links(content: bytes) -> bool:
-    """Return whether a line of equal links is among the first of a file."""
+    """Return whether a file begins with a line of equal links; other lines may precede it."""
     return _MESSAGE.search(_text(content[:_BEGINS], errors='replace')) is not None
 
 
 def read_links(path: Path, content: bytes) -> LinksText:
     """
-    Return the last line of equal links in the content of a file; other lines do not count.
+    Return the last line of equal links in the content of a file; ignore other lines.
 
     Raises
     ------
     SourceError
-        The line does not have all links of a drive, or no drive has such links.
+        The line is cut off or malformed, lacks links of the drive, has none or too many, or their
+        unit or length is not supported.
 
     """
     try:
@@ -64,6 +65,6 @@ def read_links(path: Path, content: bytes) -> LinksText:
 
 
 def _text(content: bytes, errors: str = 'strict') -> str:
-    """Return text that may begin with a byte order mark."""
+    """Decode UTF-8, or UTF-16 with a byte order mark."""
     utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     return content.decode('utf-16' if utf16 else 'utf-8-sig', errors)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The pairs of a drive as the locator takes them: steps, and interruptions between them."""
+"""Converts pairs of frames to the input of the locator: steps and interruptions."""
 
 from dataclasses import dataclass
 import math
@@ -9,10 +9,10 @@ from typing import Final, TypeAlias
 from phase_traj_ros.core import PairStatus, Update
 from phase_traj_ros.core.localization.given import OdometryStep
 
-# What a vehicle may do unseen: metres and radians per second.
+# Bounds of an unobserved motion: speed in metres per second, yaw rate in radians per second.
 _FASTEST: Final = 25.0
 _TURNING: Final = 0.5
-# An unknown distance is taken for the last speed, within this share of it, for so many seconds.
+# An unknown distance is bridged by the last speed, with this relative deviation, for some seconds.
 _SPEED_ERROR: Final = 0.5
 _SPEED_LASTS: Final = 5.0
 
@@ -20,12 +20,12 @@ _SPEED_LASTS: Final = 5.0
 @dataclass(frozen=True, slots=True)
 class Interruption:
     """
-    The vehicle may have moved unseen.
+    An unobserved motion of the vehicle.
 
     distance
         Largest distance that it may have driven, in metres.
     turn
-        Standard deviation of the unseen change of its heading in radians; pi if it is unknown.
+        Standard deviation of the change of its heading in radians; pi if it is unknown.
     """
 
     distance: float
@@ -33,8 +33,7 @@ class Interruption:
 
 
 ANYWHERE: Final = Interruption(1000.0, math.pi)
-"""The stamps do not say how much is missing, as after a cut in a video or between two drives."""
-
+"""An interruption of unknown duration, such as a cut in a video or a new drive."""
 
 Motion: TypeAlias = OdometryStep | Interruption
 
@@ -42,18 +41,18 @@ Motion: TypeAlias = OdometryStep | Interruption
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MovedPair:
     """
-    What was measured of a pair of frames.
+    The measured motion of a pair of frames.
 
     stamp_ns, interval_ns
         Stamp of the second frame, and time since the first one, in nanoseconds.
     status
-        ``REPEATED`` is the same picture again: the next pair covers its time and its motion.
+        Status of the pair. The motion of a ``REPEATED`` picture belongs to the next pair.
     distance, distance_variance
         Distance in the unit of the odometry, and its variance; None if it is unknown.
     yaw, yaw_variance
         Change of the heading in radians, positive to the left, and its variance.
     cut
-        Whether frames are missing between the two in the video.
+        Whether the video has a cut between the two frames.
     """
 
     stamp_ns: int
@@ -67,7 +66,7 @@ class MovedPair:
 
     @classmethod
     def of(cls, update: Update) -> 'MovedPair | None':
-        """Return what an update of the estimator says; None without heading or distance."""
+        """Return the pair of an update; None if the estimator measures no heading or distance."""
         if update.status is PairStatus.REPEATED:
             return cls(
                 stamp_ns=update.stamp_ns, interval_ns=update.interval_ns, status=update.status)
@@ -82,7 +81,7 @@ class MovedPair:
 
 
 class Motions:
-    """Turns pairs into motions, live and offline alike."""
+    """Converts the successive pairs of a drive, live or offline."""
 
     def __init__(self) -> None:
         """Start with an unknown speed."""
@@ -90,7 +89,7 @@ class Motions:
         self._unknown_s = 0.0
 
     def of(self, pair: MovedPair) -> tuple[Motion, ...]:
-        """Return the motions of the next pair, in order; its last one is a step or nothing."""
+        """Return the motions of the next pair, in order, at least one."""
         seconds = pair.interval_ns * 1e-9
         if pair.status is PairStatus.REPEATED:
             return (OdometryStep(stamp_ns=pair.stamp_ns, distance=0.0, yaw=0.0),)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The odometry to locate: of a replay, of its results, of a trajectory, or of equal links."""
+"""Reads the odometry to locate: from a replay, its results, a trajectory, or equal links."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from phase_traj_ros.tasks.location.links import holds_links, read_links
 from phase_traj_ros.tasks.location.motion import Motion, Motions, MovedPair
 
 IN_METRES: Final = ScaleRange(0.9, 1.1)
-"""Scale of an odometry in metres: within 5 %, one standard deviation."""
+"""Scale of an odometry in metres, with a standard deviation of 5 %."""
 IN_HEIGHTS: Final = ScaleRange(1.1, 2.2)
-"""Scale of an odometry in heights of the camera above the road, in metres."""
+"""Scale of an odometry in camera heights: the range of heights in cars, in metres."""
 
-# A drive that turns by less than this fits on every straight road. Radians.
+# A drive whose headings differ by less than this fits on any straight road. Radians.
 _STRAIGHT: Final = math.radians(30.0)
-# A line that begins as a pose does.
+# A line that begins with a number, as a pose does.
 _NUMBER: Final = re.compile(rb'^[ \t]*[-+.]?[0-9]', re.MULTILINE)
 _NO_DISTANCE: Final = (
     'has no distances to be located by: replay it with code_source auto or heading, and a camera'
@@ -42,15 +42,16 @@ class DriveOdometry:
     The motion of a vehicle from pose to pose.
 
     source
-        What was driven, for reports.
+        Name of the recording, for reports.
     stamps_ns
         Stamp of each pose, in nanoseconds.
     motions
-        The motions from each pose to the next, one entry less than poses.
+        The motions from each pose to the next: one entry fewer than poses.
     scale
         Metres per unit of the distances.
     link
-        Length of the links, if this is a bare code of equal links; the stamps count them.
+        Length of a link in units of the distances, if the drive is a bare code of equal links,
+        whose stamps are their numbers; otherwise None.
     """
 
     source: str
@@ -61,13 +62,13 @@ class DriveOdometry:
 
     @property
     def steps(self) -> list[OdometryStep]:
-        """Return the steps without the interruptions."""
+        """Return all steps, without the interruptions."""
         return [each for motions in self.motions for each in motions
                 if isinstance(each, OdometryStep)]
 
     @property
     def straight(self) -> bool:
-        """Return whether the drive has no turn, so that it fits on every straight road."""
+        """Return whether the drive has no turn, so that it fits on any straight road."""
         headings = np.cumsum([0.0, *(step.yaw for step in self.steps)])
         return bool(np.ptp(headings) < _STRAIGHT)
 
@@ -98,14 +99,14 @@ def read_odometry(path: Path) -> DriveOdometry:
     ----------
     path
         The output folder of a replay, a file of lines ``stamp x y z qx qy qz qw`` (TUM), or a file
-        with the line of ``~/links``, which is all that is left of the drive then.
+        with a line of ``~/links``.
 
     Raises
     ------
     ResultError
         The folder does not hold a replay with distances.
     SourceError
-        The trajectory or the links cannot be read.
+        The trajectory or the links cannot be read, see ``read_links``.
 
     """
     if path.is_dir():
@@ -123,9 +124,10 @@ def read_odometry(path: Path) -> DriveOdometry:
 
 def steps_of_links(directions: Iterable[int], kinds: int, length: float) -> list[OdometryStep]:
     """
-    Return the steps that equal links say, each with its number as the stamp.
+    Return the steps of a code of equal links; the stamps are their numbers, from 1.
 
-    ``kinds`` is 4 for the paper's directions and 8 for Freeman's.
+    ``kinds`` is 4 for the directions of the paper and 8 for those of Freeman; ``length`` is that
+    of a link.
     """
     steps, before = [], 0.0
     for number, each in enumerate(directions):
@@ -169,7 +171,7 @@ def _read_pair(row: dict[str, Any], cuts: frozenset[int]) -> MovedPair:
         pair, distance=float(row['distance']) if known else None,
         distance_variance=float(row['distance_variance']) if known else 0.0,
         yaw=math.radians(float(row['yaw_deg'])),
-        # Results of a version without this column do not have it.
+        # Results of earlier versions lack this column.
         yaw_variance=math.radians(1.0) ** 2 * float(row.get('yaw_variance') or 0.0))
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes what is known of the place of a drive as a self-contained HTML file."""
+"""Writes the report of a located drive as a self-contained HTML file."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from phase_traj_ros.tasks.location.drawing import draw_candidates, draw_track, m
 from phase_traj_ros.tasks.location.files import degrees
 from phase_traj_ros.tasks.location.run import Located
 
-# Points of the curve of the probability.
+# The curve of the probability has fewer than twice this many points.
 _MOST_POINTS = 1500
 
 
@@ -35,7 +35,7 @@ def write_location_report(located: Located, path: Path, *, title: str) -> None:
         'headline': verdict(located),
         'track': Markup(draw_track(located)),
         'legend': (
-            'Grey: roads. Blue: the track from where the place is known. Red and dotted: the way'
+            'Grey: roads. Blue: the track from where the place is known. Red and dotted: the track'
             ' before that, computed backwards from there.' if known else
             'Grey: roads. Red: the candidates at the end.'),
         'probability': Markup(_curve(located)),
@@ -52,7 +52,7 @@ def write_location_report(located: Located, path: Path, *, title: str) -> None:
 
 
 def verdict(located: Located) -> str:
-    """Return in a sentence whether and from where on the place is known."""
+    """Return a sentence that says whether the place is known, and since when."""
     first = located.first_claim
     if first is None:
         return 'The place is not known'
@@ -82,12 +82,12 @@ def _facts(located: Located) -> list[tuple[str, str]]:
 
 
 def _curve(located: Located) -> str:
-    """Return the probability over the distance as SVG."""
-    told = located.poses[::max(len(located.poses) // _MOST_POINTS, 1)]
+    """Return the curve of the probability over the distance as SVG."""
+    sampled = located.poses[::max(len(located.poses) // _MOST_POINTS, 1)]
     width = max(located.poses[-1].driven, 1e-6)
     points = 'L'.join(
         f'{100 * pose.driven / width:.2f} {100 - 100 * pose.estimate.probability:.2f}'
-        for pose in told)
+        for pose in sampled)
     first = located.first_claim
     claim = '' if first is None else (
         f'<path class="claim" d="M{100 * first.driven / width:.2f} 0V100"/>')

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the locator over the odometry of a drive, and keeps what it says."""
+"""Runs the locator over the odometry of a drive, and records its estimates."""
 
 from __future__ import annotations
 
@@ -19,17 +19,16 @@ from phase_traj_ros.io.maps.road_file import RoadFile
 from phase_traj_ros.tasks.location.motion import Interruption, Motion
 from phase_traj_ros.tasks.location.odometry import DriveOdometry
 
-
 UNKNOWN: Final = LocationEstimate(
     0, claimed=False, x=math.nan, y=math.nan, heading=math.nan, probability=0.0,
     covariance=((math.inf, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0, math.inf)), scale=math.nan,
     scale_deviation=math.inf)
-"""What is known before the first step, and after an interruption until the next one."""
+"""The estimate before the first step, and between an interruption and the next step."""
 
 
 @dataclass(frozen=True, slots=True)
 class Near:
-    """A rough place: within ``radius`` metres of a point in degrees."""
+    """A rough position: within ``radius`` metres of a point in degrees."""
 
     latitude: float
     longitude: float
@@ -37,16 +36,16 @@ class Near:
 
     def prior(self, roads: RoadFile) -> Prior:
         """
-        Return the prior on a map.
+        Return the prior in metres of a map.
 
         Raises
         ------
         MapError
-            No road of the map is there.
+            No road of the map is within the radius.
 
         """
         x, y = roads.projection.to_metres(self.latitude, self.longitude).tolist()
-        # A place on the other side of the earth is NaN metres away.
+        # A point on the other hemisphere is NaN metres away.
         if not roads.road_map.distance_to(x, y) <= self.radius:
             south, west, north, east = roads.bounds
             raise MapError(
@@ -59,14 +58,14 @@ class Near:
 @dataclass(frozen=True, slots=True)
 class LocatedPose:
     """
-    A pose of a drive, and what is known of its place.
+    A pose of a drive, and the estimate of its place.
 
     stamp_ns
         Stamp in nanoseconds.
     driven
-        Distance since the first pose, in the unit of the odometry, 0 or more.
+        Distance since the first pose, forwards and in reverse, in the unit of the odometry.
     estimate
-        What the locator says.
+        Estimate of the locator.
     """
 
     stamp_ns: int
@@ -76,7 +75,7 @@ class LocatedPose:
 
 @dataclass(frozen=True, slots=True)
 class Located:
-    """A drive on a map."""
+    """A located drive, with the arguments of ``locate``."""
 
     odometry: DriveOdometry
     roads: RoadFile
@@ -87,12 +86,12 @@ class Located:
 
     @property
     def first_claim(self) -> LocatedPose | None:
-        """Return the pose from which the place is known; None if it never is."""
+        """Return the first pose whose place is known; None if there is none."""
         return next((pose for pose in self.poses if pose.estimate.claimed), None)
 
     @property
     def tracks(self) -> list[list[LocatedPose]]:
-        """Return the poses whose place is known, each part without interruption a list."""
+        """Return the runs of successive poses whose place is known."""
         return [
             list(part) for known, part in groupby(
                 self.poses, key=lambda pose: pose.estimate.claimed) if known]
@@ -115,7 +114,7 @@ def locate(
     near
         Where it starts; None for anywhere on the map.
     scale
-        Metres per unit of the odometry; None for what the odometry says of itself.
+        Metres per unit of the odometry; None for ``odometry.scale``.
     level
         Probability above which a place is claimed; None for the default.
     advance
@@ -124,7 +123,7 @@ def locate(
     Raises
     ------
     MapError
-        No road of the map is where the drive starts.
+        No road of the map is within ``near``.
 
     """
     scale = odometry.scale if scale is None else scale
@@ -146,7 +145,7 @@ def locate(
 
 
 def feed(locator: MapLocator, motions: Sequence[Motion]) -> LocationEstimate:
-    """Feed the motions of a pair to a locator; return what it says after the last one."""
+    """Feed the motions of a pair to a locator; return the estimate after the last one."""
     estimate = UNKNOWN
     for motion in motions:
         if isinstance(motion, Interruption):

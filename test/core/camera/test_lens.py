@@ -32,7 +32,7 @@ ESTIMATE = CameraEstimate(
 def test_where_it_comes_from_and_what_it_says(lens, origin, focal):
     assert lens.origin is origin
     assert lens.focal_for(320) == pytest.approx(focal)
-    assert lens.calibrated == (origin is LensOrigin.CALIBRATION)
+    assert (lens.camera is MODEL) == (origin is LensOrigin.CALIBRATION)
     assert CameraInUse.of(lens, 320).origin is origin
 
 

@@ -137,7 +137,7 @@ def test_lengths_always_add_up(shifts):
     codes, steps = drive(shifts)
     assert len(codes.movement) == len(shifts)
     assert list(codes.movement) == [step.movement for step in steps]
-    assert len(codes.direction) == len(codes.movement) - codes.movement.totals.get(N, 0)
+    assert len(codes.direction) == len(codes.movement) - codes.movement.totals_of(Movement)[N]
     assert list(codes.direction) == [step.direction for step in steps if step.appended]
 
 

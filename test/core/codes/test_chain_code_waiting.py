@@ -66,7 +66,7 @@ def test_lengths_and_heading_always_add_up(pairs, confirm, release):
     codes, steps = run(pairs, confirm=confirm, release=release)
     assert list(codes.movement) == [step.movement for step in steps]
     assert len(codes.movement) == len(pairs)
-    assert len(codes.direction) == len(pairs) - codes.movement.totals.get(N, 0)
+    assert len(codes.direction) == len(pairs) - codes.movement.totals_of(Movement)[N]
     assert list(codes.direction) == [step.direction for step in steps if step.appended]
     assert codes.heading == (1 + sum(turn - 1 for turn in turns(steps))) % 4
 

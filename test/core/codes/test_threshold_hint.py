@@ -85,5 +85,3 @@ def test_unmeasured_pairs_do_not_count_and_few_pairs_give_no_hint():
         else:
             summary.add(dx, 16.0, interval=INTERVAL)
     assert summary.hint(WIDTH) is None
-    summary.reset()
-    assert summary.hint(WIDTH) is None

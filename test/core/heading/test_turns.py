@@ -191,19 +191,6 @@ def test_is_told_half_a_second_after_its_end():
     assert detector.finish() == []
 
 
-def test_reset_forgets_a_turn_under_way():
-    detector = TurnDetector()
-    for frame in range(40):
-        detector.update(frame * PERIOD_NS, math.radians(3.0 * frame))
-    detector.reset()
-    assert detector.finish() == []
-    detector.update(0, 0.0)
-    for frame in range(1, 31):
-        detector.update(frame * PERIOD_NS, math.radians(3.0 * frame))
-    (turn,) = detector.finish()
-    assert (turn.start_frame, turn.end_frame) == (0, 30)
-
-
 @given(st.lists(st.floats(-8.0, 8.0), max_size=150))
 def test_online_and_offline_find_the_same(yaws):
     headings = [0.0, *accumulate(map(math.radians, yaws))]
@@ -314,14 +301,3 @@ def test_a_turn_counts_wherever_the_scale_comes_after_it(pairs_after):
     assert [each for each in quarters if each] == [(-1,)]
     assert [turn.angle_deg for turn in turns] == pytest.approx([-90])
     assert [turn.peak_rate_deg_s for turn in turns] == pytest.approx([-30])
-
-
-def test_quarters_start_anew_after_a_reset():
-    detector = TurnDetector()
-    for pair in range(40):
-        detector.update(START_NS + pair * PERIOD_NS, math.radians(3.0 * pair))
-    detector.reset()
-    assert detector.quarters == ()
-    for pair in range(10):
-        detector.update(START_NS + pair * PERIOD_NS, 0.0)
-        assert detector.quarters == ()

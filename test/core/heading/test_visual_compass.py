@@ -171,8 +171,8 @@ def test_a_frame_of_another_size_that_is_refused_is_as_if_it_had_never_come():
     estimator.measure(frames[0], 0.1)
     expected = VisualCompass(Lens(hfov_deg=60.0))
     expected.measure(frames[0], 0.1)
-    with pytest.raises(FrameError, match='NaN'):
-        estimator.measure(np.full((200, 300), np.nan, np.float32), 0.1)
+    with pytest.raises(FrameError, match='at least 8x8'):
+        estimator.measure(np.zeros((7, 300), np.uint8), 0.1)
     assert estimator.measure(frames[1], 0.1) == expected.measure(frames[1], 0.1) is not None
 
 
@@ -188,6 +188,17 @@ def test_a_restart_forgets_the_heading_and_its_turns_but_not_the_frame():
     update = estimator.add(estimator.measure(frames[6], 0.1), 7 * TENTH, 0.1)
     assert update.step.heading == stepped(6)
     assert estimator.finish() == [] and not estimator.bends_may_be_turns
+
+
+def test_a_restart_forgets_a_turn_under_way():
+    compass = VisualCompass(Lens(hfov_deg=80.0))
+    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.start(0)
+    turning_left = YawMeasurement(Shift(0.0, 0.0, 0.3), math.radians(3.0), True, 1.0)
+    for pair in range(1, 41):
+        compass.add(turning_left, pair * TENTH, 0.1)
+    compass.restart()
+    assert compass.finish() == []
 
 
 def test_a_cut_ends_the_rate_and_keeps_the_heading():

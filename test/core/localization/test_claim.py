@@ -4,7 +4,8 @@
 
 import numpy as np
 from phase_traj_ros.core import LocatorSettings
-from phase_traj_ros.core.localization.places import Claim, Place
+from phase_traj_ros.core.localization.claim import Claim
+from phase_traj_ros.core.localization.places import Place
 import pytest
 
 SETTINGS = LocatorSettings()

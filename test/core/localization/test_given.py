@@ -27,7 +27,8 @@ def test_yaw_takes_the_short_way_round():
 def test_the_scale_is_between_its_bounds():
     scale = ScaleRange(0.5, 2.0)
     assert scale.middle == pytest.approx(1.0)
-    assert scale.half_width == pytest.approx(math.log(2.0))
+    assert scale.log_deviation == pytest.approx(math.log(2.0) / 1.96)
+    assert ScaleRange(2.0, 2.0).log_deviation == 1e-6
 
 
 @pytest.mark.parametrize('wrong', [

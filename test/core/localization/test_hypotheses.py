@@ -4,13 +4,8 @@
 
 import numpy as np
 from phase_traj_ros.core import LocatorSettings
-from phase_traj_ros.core.localization.hypotheses import (
-    Hypotheses,
-    merged,
-    pruned,
-    resampled,
-    split,
-)
+from phase_traj_ros.core.localization.filter.hypotheses import Hypotheses
+from phase_traj_ros.core.localization.filter.resampling import merged, pruned, resampled, split
 import pytest
 
 SETTINGS = LocatorSettings()
@@ -37,7 +32,7 @@ def test_those_that_are_alike_become_one_of_their_weight():
 
 def test_those_in_other_places_scales_or_headings_stay():
     rng = np.random.default_rng(0)
-    for name, width in (('offset', 2.0), ('log_scale', 0.02), ('turned', 0.5)):
+    for name, width in (('offset', 2.0), ('log_scale', 0.02), ('rotation', 0.5)):
         them = some([0.0, 0.0], piece=[3, 3])
         setattr(them, name, np.array([0.1, 0.1 + width]))
         assert len(merged(them, SETTINGS, rng)) == 2, name

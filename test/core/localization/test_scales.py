@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 from phase_traj_ros.core import LocatorSettings, ScaleRange
-from phase_traj_ros.core.localization.hypotheses import Hypotheses
-from phase_traj_ros.core.localization.seeding import Scales, spread_of
-from phase_traj_ros.core.localization.window import Stride
+from phase_traj_ros.core.localization.filter.hypotheses import Hypotheses
+from phase_traj_ros.core.localization.filter.scales import ScaleCorrection
+from phase_traj_ros.core.localization.filter.strides import Stride
 import pytest
 
 RANGE = ScaleRange(1.1, 2.2)
-MIDDLE, PRIOR = math.log(RANGE.middle), spread_of(RANGE) ** 2
+MIDDLE, PRIOR = math.log(RANGE.middle), RANGE.log_deviation ** 2
 
 
 def stride(turned):
@@ -33,24 +33,24 @@ def filtered(them, log_scale, variance):
     them.log_scale, them.scale_variance = np.full(count, log_scale), np.full(count, variance)
 
 
-def turn(maker, them, turned=1.5):
+def turn(correction, them, turned=1.5):
     """Drive through a turn; return how many copies cover each hypothesis after it."""
-    assert maker.after(them, stride(turned), 5.0) == 1
-    return maker.after(them, stride(0.0), 5.0)
+    assert correction.follow(them, stride(turned), 5.0) == 1
+    return correction.follow(them, stride(0.0), 5.0)
 
 
 def test_without_a_turn_nothing_changes():
-    maker, them = Scales(RANGE, LocatorSettings()), some()
+    correction, them = ScaleCorrection(RANGE, LocatorSettings()), some()
     filtered(them, MIDDLE + 0.1, PRIOR / 9)
-    assert turn(maker, them, turned=0.3) == 1
+    assert turn(correction, them, turned=0.3) == 1
     assert (them.log_scale == MIDDLE + 0.1).all() and (them.scale_variance == PRIOR / 9).all()
 
 
 @pytest.mark.parametrize('turned', [1.5, -1.5])
 def test_the_first_turn_tells_nothing_of_the_scale(turned):
-    maker, them = Scales(RANGE, LocatorSettings()), some()
+    correction, them = ScaleCorrection(RANGE, LocatorSettings()), some()
     filtered(them, MIDDLE + 0.1, PRIOR / 100)
-    assert turn(maker, them, turned) > 10
+    assert turn(correction, them, turned) > 10
     assert them.log_scale == pytest.approx(MIDDLE)
     assert them.scale_variance == pytest.approx(PRIOR)
 
@@ -58,11 +58,11 @@ def test_the_first_turn_tells_nothing_of_the_scale(turned):
 def test_the_way_between_turns_tells_the_scale_the_longer_the_better():
     left, copies = [], []
     for metres in (50.0, 500.0):
-        maker, them = Scales(RANGE, LocatorSettings()), some()
-        turn(maker, them)
-        maker.after(them, stride(0.0), metres)
+        correction, them = ScaleCorrection(RANGE, LocatorSettings()), some()
+        turn(correction, them)
+        correction.follow(them, stride(0.0), metres)
         filtered(them, MIDDLE + 0.2, PRIOR / 100)
-        copies.append(turn(maker, them))
+        copies.append(turn(correction, them))
         assert them.log_scale == pytest.approx(MIDDLE + 0.2)
         left.append(float(them.scale_variance.mean()))
     assert PRIOR / 100 < left[1] < left[0] < PRIOR
@@ -71,6 +71,6 @@ def test_the_way_between_turns_tells_the_scale_the_longer_the_better():
 
 def test_a_scale_that_is_known_needs_no_copies():
     exact = ScaleRange(1.65, 1.65)
-    maker, them = Scales(exact, LocatorSettings()), some()
-    assert turn(maker, them) == 1
+    correction, them = ScaleCorrection(exact, LocatorSettings()), some()
+    assert turn(correction, them) == 1
     assert them.log_scale == pytest.approx(math.log(1.65))

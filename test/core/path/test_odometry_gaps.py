@@ -34,7 +34,7 @@ def test_a_correction_after_a_covered_lens_is_no_motion(rate_hz, seconds):
             assert found.yaw_rate == pytest.approx(math.radians(rate))
             assert math.sqrt(found.yaw_rate_variance) < 0.1
     off = abs(found.pose.yaw - math.radians(sum(rates)) * interval)
-    assert off < 3.0 * math.sqrt(found.yaw_variance)
+    assert off < 3.0 * math.sqrt(found.covariance[2][2])
     assert seconds > 1.0 or off < 0.05
 
 
@@ -49,8 +49,8 @@ def test_what_is_not_known_of_the_way_is_an_error_of_the_pose():
     known = sure.update(step(0.0, 0.0), gone(1.0), 2 * TENTH, 0.1)
     assert lost.pose.x == known.pose.x == 2.0
     # It may have been in one direction, in all pairs.
-    assert math.sqrt(lost.position_variance) == pytest.approx(30 * 1.5, rel=0.01)
-    assert math.sqrt(known.position_variance) < 2.0
+    assert math.sqrt(lost.covariance[0][0]) == pytest.approx(30 * 1.5, rel=0.01)
+    assert math.sqrt(known.covariance[0][0]) < 2.0
 
 
 def test_the_speed_after_a_gap_tells_how_far_a_vehicle_may_have_gone_in_it():
@@ -61,7 +61,7 @@ def test_the_speed_after_a_gap_tells_how_far_a_vehicle_may_have_gone_in_it():
         odometer.update(step(0.0, 0.0, deviation=0.0), missed, TENTH, gap)
         found = odometer.update(
             step(0.0, 0.0, deviation=0.0), gone(0.1 * speed, share=0.0), TENTH, 0.1)
-        deviations.append(math.sqrt(found.position_variance))
+        deviations.append(math.sqrt(found.covariance[0][0]))
     # What is missing is missing in one direction, so that gaps add up.
     once, twice, long, fast = np.diff([0.0, *deviations])
     assert 0.03 < once < 0.1 and twice == pytest.approx(once, rel=0.01)
@@ -78,7 +78,7 @@ def test_a_pair_that_is_missed_turns_but_goes_nowhere():
         (before.pose.x, before.pose.y, 0.3))
     assert np.array(after.covariance)[:2, :2] == pytest.approx(
         np.array(before.covariance)[:2, :2])
-    assert after.yaw_variance > before.yaw_variance
+    assert after.covariance[2][2] > before.covariance[2][2]
 
 
 def test_a_rate_is_the_less_sure_the_longer_nothing_is_measured():

@@ -179,18 +179,19 @@ def test_a_motion_holds_with_enough_blocks_and_a_share_of_them(monkeypatch):
 
 def test_the_direction_of_travel_tends_to_straight_ahead():
     travel = FocusOfExpansion(course=0.1, course_variance=1e-6)
-    later = travel.predict(0.1)
+    later = travel.predict(0.1, 0.0, Mounting())
+    settled = travel.predict(60.0, 0.0, Mounting())
     assert 0.08 < later.course < 0.1
     assert later.course_variance > travel.course_variance
-    assert travel.predict(60.0).course == pytest.approx(0.0, abs=1e-9)
-    usual = FocusOfExpansion().course_variance
-    assert travel.predict(60.0).course_variance == pytest.approx(usual)
+    assert settled.course == pytest.approx(0.0, abs=1e-9)
+    assert settled.course_variance == pytest.approx(FocusOfExpansion().course_variance)
 
 
 def test_the_slope_of_the_travel_is_expected_to_stay_that_of_the_mounting():
     travel = FocusOfExpansion(slope=-0.02, slope_variance=1e-6)
-    assert travel.predict(60.0).slope == pytest.approx(-0.02)
-    assert travel.predict(60.0).slope_variance == pytest.approx(FocusOfExpansion().slope_variance)
+    settled = travel.predict(60.0, 0.0, Mounting())
+    assert settled.slope == pytest.approx(-0.02)
+    assert settled.slope_variance == pytest.approx(FocusOfExpansion().slope_variance)
 
 
 def test_a_camera_ahead_of_the_rear_axle_moves_sideways_in_a_turn():
@@ -200,8 +201,9 @@ def test_a_camera_ahead_of_the_rear_axle_moves_sideways_in_a_turn():
     world, errors = World(), []
     fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
     u, w = world.displacements(yaw=rate * interval, step=0.4, course=-1.6 * rate / 4.0)
+    expected = straight.predict(interval, rate, Mounting())
     for noise in world.rng.normal(0, DEVIATION, (20, 2, len(u))):
-        motion = fit(u + noise[0], w + noise[1], np.ones_like(u), straight.predict(interval, rate))
+        motion = fit(u + noise[0], w + noise[1], np.ones_like(u), expected)
         errors.append(motion.yaw - rate * interval)
     assert abs(np.mean(errors)) < math.radians(0.1)
 
@@ -229,11 +231,12 @@ def test_a_doubted_course_is_straight_ahead_or_towards_the_inside_of_the_turn(tu
 @pytest.mark.parametrize('seconds', [0.01, 0.1, 3.0])
 def test_with_nothing_seen_the_direction_of_travel_stays_as_uncertain_as_it_is(seconds):
     usual = FocusOfExpansion()
-    later = usual.predict(seconds)
+    mounting = Mounting()
+    later = usual.predict(seconds, 0.0, mounting)
     assert later.course_variance == pytest.approx(usual.course_variance)
     assert later.slope_variance == pytest.approx(usual.slope_variance)
-    mounted = FocusOfExpansion(course=0.0, course_variance=1e-9).predict(
-        seconds, mounting_azimuth=0.05, mounting_deviation=0.0)
+    mounting.angle = 0.05
+    mounted = FocusOfExpansion(course=0.0, course_variance=1e-9).predict(seconds, 0.0, mounting)
     assert mounted.course == pytest.approx(0.05 * (1.0 - math.exp(-seconds)))
 
 

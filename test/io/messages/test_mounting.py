@@ -131,6 +131,9 @@ def test_parameters_win_and_what_cannot_be_is_left_out():
     below = frames(transform('base_link', 'cam', (0, 0, -0.1), (0, 80, 0))).mount(
         'base_link', 'cam')
     assert below.fill_in(Parameters()) == Mounting(Parameters(), below)
+    # As of a frame that is not that of the vehicle.
+    aside = frames(transform('base_link', 'cam', (1.5, -150, 1.6))).mount('base_link', 'cam')
+    assert 'lever arm' not in str(aside.fill_in(Parameters()))
     turned = frames(transform('base_link', 'cam', (0, 0, 1), (178, 0, 0))).mount(
         'base_link', 'cam')
     values = turned.fill_in(Parameters(rotate_180=True)).parameters
@@ -203,7 +206,7 @@ def test_the_origin_drives_where_the_rear_axle_does(lever):
     assert (found.pose.x, found.pose.y, found.pose.yaw) == pytest.approx((x, y, yaw), abs=1e-3)
     assert found.speed == pytest.approx(camera.speed + 0.5 * lever[1])
     assert found.speed_variance == pytest.approx(0.1 + 0.01 * lever[1] ** 2)
-    assert found.yaw_variance == camera.yaw_variance
+    assert found.covariance[2][2] == camera.covariance[2][2]
     # By differences, as it is linear for small errors.
     slopes = []
     for moved in np.eye(3) * 1e-6:

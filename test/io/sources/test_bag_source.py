@@ -334,7 +334,7 @@ def test_a_calibrated_camera_is_tilted_as_the_parameters_say(tmp_path, maker, dr
     path = calibrated(maker, tmp_path / 'bag', drive_frame, [maker.camera_info()])
     with open_source(path) as source:
         lens, _ = known_lens(source, Parameters(camera_pitch_deg=20.0, camera_roll_deg=-5.0))
-    assert lens.calibrated and (lens.pitch_deg, lens.roll_deg) == (20.0, -5.0)
+    assert lens.camera is not None and (lens.pitch_deg, lens.roll_deg) == (20.0, -5.0)
     assert lens.tilt == pytest.approx(np.cos(np.radians(20.0)) * np.cos(np.radians(5.0)))
 
 

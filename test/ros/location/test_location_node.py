@@ -19,7 +19,6 @@ from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.location import location as module
 from phase_traj_ros.ros.location.location import Location
 from phase_traj_ros.ros.location.map_transform import MapTransform
-from phase_traj_ros.ros.location.messages import pose_message
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 import pytest
 import rclpy
@@ -268,7 +267,7 @@ def test_the_transform_is_silent_beside_another_owner(monkeypatch):
     node = SimpleNamespace(get_logger=lambda: SimpleNamespace(error=errors.append))
     transform = MapTransform(node, entities, 'odom')
     header = MESSAGES.header(7, 'map')
-    transform.publish(header, pose_message(1.0, 2.0, 0.5))
+    transform.publish(header, MESSAGES.pose_in_plane(1.0, 2.0, 0.5))
 
     assert heard == ['/tf', '/tf_static']
     [own] = sent[0].transforms
@@ -282,5 +281,5 @@ def test_the_transform_is_silent_beside_another_owner(monkeypatch):
     assert not transform.other
     foreign = TransformStamped(header=MESSAGES.header(8, 'map'), child_frame_id='odom')
     transform._on_transforms(TransformMessage(transforms=[foreign]))
-    transform.publish(header, pose_message(1.0, 2.0, 0.5))
+    transform.publish(header, MESSAGES.pose_in_plane(1.0, 2.0, 0.5))
     assert transform.other and len(sent) == len(errors) == 1

@@ -6,6 +6,9 @@ from hypothesis import given, settings, strategies as st
 import numpy as np
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic import CLEARANCE, DRIVES, named_drive, scene_along, street_grid
+from phase_traj_ros.synthetic.textures.materials import Material, materials
+from phase_traj_ros.synthetic.town.buildings import Town
+from phase_traj_ros.synthetic.town.keep_out import KeepOut
 from phase_traj_ros.synthetic.town.streets import evenly, grid_streets, streets_along
 import pytest
 
@@ -134,3 +137,17 @@ def test_streets_go_straight_on_where_the_route_turns():
     ends = np.concatenate([street.line[[0, -1]] for street in streets])
     assert (np.abs(ends[:, 1]) < 2)[ends[:, 0] > 100].any()
     assert (np.abs(ends[:, 0] - 60) < 2)[ends[:, 1] < -40].any()
+
+
+def test_a_car_one_side_of_which_is_too_near_to_a_pose_changes_no_other_panel():
+    nowhere = KeepOut([np.array([[900.0, 900.0]])], 1.0)
+    town = Town(
+        rng=np.random.default_rng(0), materials=materials(),
+        # Beside a car, between the corners that are checked.
+        poses=KeepOut([np.array([[1.0, 0.85]])], 0.35), corridors=nowhere, roadways=nowhere,
+        sun=np.array([1.0, 0.0]))
+    town.wall(np.array([0.0, 9.0]), np.array([0.5, 9.0]), 2.0, Material.MASONRY)
+    [wall] = town.panels
+    town.car(np.zeros(2), np.array([1.0, 0.0]))
+    assert town.panels[0] == wall
+    assert len(town.panels) == 4

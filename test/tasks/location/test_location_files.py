@@ -14,7 +14,7 @@ from phase_traj_ros.core.localization.given import Prior
 from phase_traj_ros.errors import MapError, ResultError
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.tasks.location import run
-from phase_traj_ros.tasks.location.drawing import way_before
+from phase_traj_ros.tasks.location.drawing import track_before
 from phase_traj_ros.tasks.location.files import (
     add_to_chain_code,
     location_content,
@@ -174,12 +174,12 @@ def test_the_report_needs_no_server_and_names_the_map(made, tmp_path):
     assert all('class="candidate"' in each for each in drawings[2:])
 
 
-def test_the_way_to_the_claim_begins_where_the_drive_began(made):
+def test_the_track_to_the_claim_begins_where_the_drive_began(made):
     poses, odometry, roads = made
-    way = way_before(locate(odometry, roads))
+    track = track_before(locate(odometry, roads))
 
     start = roads.projection.to_metres(*PLANE.to_degrees(poses[0, 0], poses[0, 1]))
-    assert way[0] == pytest.approx(start, abs=0.5)
+    assert track[0] == pytest.approx(start, abs=0.5)
 
 
 def test_a_rough_place_becomes_a_prior(made):

@@ -1,80 +1,87 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Moves hypotheses along the roads; where a road branches, they do."""
+"""Moves hypotheses along the roads, and branches them at junctions."""
 
 from dataclasses import replace
 import math
 
 import numpy as np
+from phase_traj_ros.core.localization.filter.hypotheses import displaced, Hypotheses
+from phase_traj_ros.core.localization.filter.strides import Stride
 from phase_traj_ros.core.localization.given import ScaleRange
-from phase_traj_ros.core.localization.hypotheses import carried, Hypotheses
 from phase_traj_ros.core.localization.roads import Floats, parts_of, RoadMap
-from phase_traj_ros.core.localization.seeding import spread_of
 from phase_traj_ros.core.localization.settings import LocatorSettings
-from phase_traj_ros.core.localization.window import Stride
 
-# Multiples of it cover the unit interval evenly, however many.
+# The fractional parts of its multiples are evenly distributed over the unit interval.
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2
 
 
-class Motion:
-    """How hypotheses move along the roads of a map."""
+class MotionModel:
+    """Predicts how hypotheses move along the roads of a map."""
 
     def __init__(self, roads: RoadMap, scale: ScaleRange, settings: LocatorSettings) -> None:
-        """Prepare the chances at the junctions of a map."""
+        """Compute the transition probabilities at the junctions of a map."""
         self._roads = roads
         self._scale = scale
         self._settings = settings
-        self._log_chance, self._saved = _successors(roads, settings)
+        self._log_chance, self._saved = _transitions(roads, settings)
 
     def advance(
-        self, them: Hypotheses, stride: Stride, most: int, rng: np.random.Generator,
+        self, hypotheses: Hypotheses, stride: Stride, most: int, rng: np.random.Generator,
     ) -> Hypotheses:
-        """Return the hypotheses after a stride, of which at most about ``most`` branch further."""
+        """Return the hypotheses after a stride; about ``most`` at a time pass to a next piece."""
         settings = self._settings
         share = stride.distance * self._scale.middle / 100.0
         deviation = math.hypot(
             settings.position_noise_m * math.sqrt(share),
             math.sqrt(stride.distance_variance) * self._scale.middle)
-        expected = stride.distance * np.exp(them.log_scale)
-        variance = deviation ** 2 + expected ** 2 * them.scale_variance
-        off = np.sqrt(variance) * _stratified(len(them), rng)
+        expected = stride.distance * np.exp(hypotheses.log_scale)
+        variance = deviation ** 2 + expected ** 2 * hypotheses.scale_variance
+        off = np.sqrt(variance) * _stratified(len(hypotheses), rng)
         metres = expected + off
-        # Given the metres that were drawn, a Kalman filter tells the scale.
-        gain = expected * them.scale_variance / variance
+        # A Kalman filter updates the scale by the distance that was drawn.
+        gain = expected * hypotheses.scale_variance / variance
         log_scale, scale_variance = self._drifted(
-            them.log_scale + gain * off, them.scale_variance * (1.0 - gain * expected), share)
+            hypotheses.log_scale + gain * off,
+            hypotheses.scale_variance * (1.0 - gain * expected), share)
         noise = settings.heading_noise ** 2 * share + stride.yaw_variance
         moved = self._along(replace(
-            them, offset=them.offset + np.maximum(metres, 0.0), log_scale=log_scale,
-            scale_variance=scale_variance + stride.scale_variance, variance=them.variance + noise,
-            trail=them.trail[1:]), most)
+            hypotheses, offset=hypotheses.offset + np.maximum(metres, 0.0), log_scale=log_scale,
+            scale_variance=scale_variance + stride.scale_variance,
+            rotation_variance=hypotheses.rotation_variance + noise,
+            trail=hypotheses.trail[1:]), most)
         moved.trail = np.concatenate([
-            moved.trail, self._roads.places(moved.piece, moved.offset)[None]])
+            moved.trail, self._roads.positions(moved.piece, moved.offset)[None]])
         return moved
 
     def _drifted(
         self, log_scale: Floats, variance: Floats, share: float,
     ) -> tuple[Floats, Floats]:
-        """Return scales and variances after a drift that keeps the spread of the prior."""
-        middle, spread = math.log(self._scale.middle), spread_of(self._scale)
+        """
+        Return the scales and their variances after ``share`` times 100 m.
+
+        The drift reverts to the mean, so that the spread never exceeds that of the prior.
+        """
+        middle, spread = math.log(self._scale.middle), self._scale.log_deviation
         noise = self._settings.scale_noise * math.sqrt(share)
         kept = math.sqrt(max(1.0 - (noise / spread) ** 2, 0.0))
         noise = min(noise, spread)
         return middle + kept * (log_scale - middle), kept ** 2 * variance + noise ** 2
 
-    def _along(self, them: Hypotheses, most: int) -> Hypotheses:
-        """Return all that hypotheses become whose offsets may lead beyond their pieces."""
+    def _along(self, hypotheses: Hypotheses, most: int) -> Hypotheses:
+        """Return the hypotheses with offsets beyond their pieces carried on to all successors."""
         roads = self._roads
         arrived = []
-        going = them.piece, them.offset, them.log_weight, np.arange(len(them))
+        going = (
+            hypotheses.piece, hypotheses.offset, hypotheses.log_weight,
+            np.arange(len(hypotheses)))
         while len(going[0]):
             piece, offset, log_weight, parent = going
             inside = offset < roads.length[piece]
             arrived.append(tuple(each[inside] for each in going))
             beyond = np.flatnonzero(~inside)
             if len(beyond) > most:
-                # Loops of tiny edges would multiply without end.
+                # Loops of very short edges would multiply the hypotheses without end.
                 beyond = beyond[np.argpartition(log_weight[beyond], -most)[-most:]]
             begin = roads.first[piece[beyond]]
             owner, rank = parts_of(roads.first[piece[beyond] + 1] - begin)
@@ -84,21 +91,22 @@ class Motion:
                 offset[source] - roads.length[piece[source]] + self._saved[entry],
                 log_weight[source] + self._log_chance[entry], parent[source])
         piece, offset, log_weight, parent = map(np.concatenate, zip(*arrived))
-        found = them.take(parent)
+        found = hypotheses.take(parent)
         found.piece, found.offset, found.log_weight = piece, offset, log_weight
         return found
 
-    def turned_back(self, them: Hypotheses, moved: complex, most: int) -> Hypotheses:
+    def turned_back(self, hypotheses: Hypotheses, moved: complex, most: int) -> Hypotheses:
         """
-        Return hypotheses of before a U-turn on their roads as they are after it.
+        Return the hypotheses of before a U-turn, moved to the opposite direction of their roads.
 
-        ``moved`` is the displacement since, in the axes and the unit of the odometry. The trail
-        is not valid.
+        ``moved`` is the displacement during the U-turn, in the axes and the unit of the odometry.
+        The trail of the result is not valid.
         """
         roads = self._roads
-        ahead = carried(
-            0.0, moved, them.log_scale, them.turned - roads.direction[them.piece]).real
-        back = self._along(replace(them, offset=them.offset + ahead), most)
+        ahead = displaced(
+            0.0, moved, hypotheses.log_scale,
+            hypotheses.rotation - roads.direction[hypotheses.piece]).real
+        back = self._along(replace(hypotheses, offset=hypotheses.offset + ahead), most)
         back.offset = roads.length[back.piece] - back.offset
         back.piece = roads.reverse[back.piece]
         return self._along(back, most)
@@ -106,9 +114,9 @@ class Motion:
 
 def _stratified(count: int, rng: np.random.Generator) -> Floats:
     """
-    Return draws from the standard normal distribution, of which neighbours cover it evenly.
+    Return draws from the standard normal distribution, stratified over neighbours, (count,).
 
-    Hypotheses that were split are neighbours.
+    Copies of one hypothesis are neighbours.
     """
     share: Floats = (np.arange(count, dtype=np.float64) * _GOLDEN + rng.random()) % 1.0
     return _normal_quantile(share)
@@ -116,7 +124,7 @@ def _stratified(count: int, rng: np.random.Generator) -> Floats:
 
 def _normal_quantile(share: Floats) -> Floats:
     """
-    Return quantiles of the normal distribution, within 0.00045.
+    Return quantiles of the standard normal distribution, with an error below 0.00045.
 
     M. Abramowitz and I. A. Stegun, "Handbook of Mathematical Functions", 26.2.23.
     """
@@ -128,8 +136,8 @@ def _normal_quantile(share: Floats) -> Floats:
     return quantile
 
 
-def _successors(roads: RoadMap, settings: LocatorSettings) -> tuple[Floats, Floats]:
-    """Return the log probability of each successor, and the metres that an arc saves there."""
+def _transitions(roads: RoadMap, settings: LocatorSettings) -> tuple[Floats, Floats]:
+    """Return the log-probability of each successor, and the metres saved by cutting the corner."""
     owner, _ = parts_of(np.diff(roads.first))
     turn = roads.direction[roads.successors] - roads.direction[owner]
     turn = np.abs(np.remainder(turn + np.pi, 2 * np.pi) - np.pi)

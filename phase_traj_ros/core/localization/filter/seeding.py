@@ -1,0 +1,119 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Creates hypotheses: anywhere on the map, around a point, or around other hypotheses."""
+
+import math
+
+import numpy as np
+from phase_traj_ros.core.localization.filter.hypotheses import displaced, Hypotheses
+from phase_traj_ros.core.localization.filter.strides import DeadReckoning
+from phase_traj_ros.core.localization.given import Prior, ScaleRange
+from phase_traj_ros.core.localization.roads import Ints, RoadMap
+from phase_traj_ros.core.localization.settings import LocatorSettings
+
+
+class Seeding:
+    """Creates hypotheses on a map whose trails are those of the dead reckoning."""
+
+    def __init__(
+        self, roads: RoadMap, scale: ScaleRange, settings: LocatorSettings,
+        rng: np.random.Generator,
+    ) -> None:
+        """Prepare a map; ``scale`` is the prior of the scale."""
+        self._roads, self._scale, self._settings, self._rng = roads, scale, settings, rng
+        self._log_chance = np.log(
+            roads.length * np.where(roads.against, settings.wrong_way, 1.0))
+
+    def anywhere(
+        self, reckoning: DeadReckoning, log_total: float, *, copies: int = 1,
+    ) -> Hypotheses:
+        """Return ``copies`` hypotheses per piece of road, with a given total weight."""
+        return self._on(np.repeat(np.arange(len(self._roads)), copies), reckoning, log_total)
+
+    def around(self, prior: Prior, reckoning: DeadReckoning, log_total: float) -> Hypotheses:
+        """
+        Return hypotheses on the roads within a prior, with a given total weight.
+
+        Raises
+        ------
+        ValueError
+            No road is within the prior.
+
+        """
+        apart = self._roads.distances_to(prior.x, prior.y)
+        near = np.flatnonzero(apart <= prior.radius)
+        if not len(near):
+            raise ValueError(
+                f'no road is within {prior.radius:.0f} m of the prior; the nearest one is'
+                f' {apart.min():.0f} m away: move the prior, enlarge its radius, or use another'
+                ' map')
+        hypotheses = self._on(
+            np.repeat(near, math.ceil(self._settings.fewest_around / len(near))), reckoning,
+            log_total)
+        if prior.heading is not None:
+            off = np.angle(np.exp(
+                1j * (hypotheses.rotation + reckoning.heading - prior.heading)))
+            hypotheses.log_weight = (
+                hypotheses.log_weight - (off / prior.heading_deviation) ** 2 / 2)
+            hypotheses.log_weight += log_total - hypotheses.log_total
+        return hypotheses
+
+    def spread(
+        self, hypotheses: Hypotheses, radius: float, turn: float, since: complex,
+        reckoning: DeadReckoning,
+    ) -> Hypotheses:
+        """
+        Return hypotheses on the roads around each of others, after an unobserved motion.
+
+        Parameters
+        ----------
+        hypotheses
+            The others, at least one.
+        radius
+            Largest distance that the vehicle may have moved, in metres.
+        turn
+            Standard deviation of the unobserved change of the heading in radians.
+        since
+            Displacement of the odometry from the last stride to the interruption.
+        reckoning
+            The dead reckoning after the interruption.
+
+        """
+        roads, settings, found = self._roads, self._settings, []
+        for number, position in enumerate(hypotheses.displaced(since)):
+            near = np.flatnonzero(roads.distances_to(position.real, position.imag) <= radius)
+            deviation = math.hypot(turn, math.sqrt(hypotheses.rotation_variance[number]))
+            known = deviation < settings.unknown_heading
+            if known:
+                off = roads.direction[near] - reckoning.heading - hypotheses.rotation[number]
+                near = near[np.abs(np.angle(np.exp(1j * off))) <= (
+                    2 * settings.mode_heading + 2 * deviation)]
+            new = self._on(near, reckoning, float(hypotheses.log_weight[number]))
+            if known:
+                new.rotation[:] = hypotheses.rotation[number] + deviation * (
+                    self._rng.standard_normal(len(near)))
+            new.log_scale[:] = hypotheses.log_scale[number]
+            new.scale_variance[:] = hypotheses.scale_variance[number]
+            new.known_variance[:] = new.scale_variance
+            found.append(self.retraced(new, reckoning))
+        return found[0].joined(*found[1:])
+
+    def _on(self, piece: Ints, reckoning: DeadReckoning, log_total: float) -> Hypotheses:
+        """Return hypotheses at random offsets on pieces of road, with a given total weight."""
+        roads, count = self._roads, len(piece)
+        offset = roads.length[piece] * self._rng.random(count)
+        rotation = roads.direction[piece] - reckoning.heading
+        hypotheses = Hypotheses(
+            piece, offset, np.full(count, math.log(self._scale.middle)),
+            np.full(count, self._scale.log_deviation ** 2), np.full(count, np.inf), rotation,
+            np.full(count, self._settings.start_heading ** 2),
+            np.empty((0, count), np.complex128), self._log_chance[piece])
+        hypotheses.log_weight = hypotheses.log_weight + (log_total - hypotheses.log_total)
+        return self.retraced(hypotheses, reckoning)
+
+    def retraced(self, hypotheses: Hypotheses, reckoning: DeadReckoning) -> Hypotheses:
+        """Set the trails to that of the dead reckoning up to each position; return the same."""
+        hypotheses.trail = displaced(
+            self._roads.positions(hypotheses.piece, hypotheses.offset),
+            reckoning.trail[:, None], hypotheses.log_scale, hypotheses.rotation)
+        return hypotheses

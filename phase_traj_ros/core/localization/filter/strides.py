@@ -1,0 +1,112 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Dead reckoning of the odometry in strides of equal length, the steps of the filter."""
+
+import cmath
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from phase_traj_ros.core.localization.given import OdometryStep
+from phase_traj_ros.core.localization.roads import Complexes, Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Stride:
+    """
+    A stride of the odometry and the chord that ends with it, in the axes of the odometry.
+
+    distance
+        Distance along the path, in the unit of the odometry.
+    distance_variance, yaw_variance
+        Variances of the distance and of the change of the heading during the stride.
+    scale_variance
+        Variance of the change of the logarithm of the scale during the stride.
+    heading
+        Heading at the end, in radians.
+    chord
+        Direction from the start to the end of the last strides, in radians.
+    bend
+        Sum of the absolute changes of direction between these strides, in radians.
+    turned
+        Change of the chord since the previous stride, in radians.
+    """
+
+    distance: float
+    distance_variance: float
+    yaw_variance: float
+    scale_variance: float
+    heading: float
+    chord: float
+    bend: float
+    turned: float
+
+
+class DeadReckoning:
+    """Integrates steps of the odometry, and sums them to strides."""
+
+    def __init__(self, stride: float, strides: int) -> None:
+        """
+        Start at the origin, with heading 0.
+
+        ``stride`` is the length of a stride in the unit of the odometry, ``strides`` the number
+        of strides per chord.
+        """
+        self._stride = stride
+        self._strides = strides
+        self.heading = 0.0
+        """Heading in radians since the start, not wrapped."""
+        self.position = 0j
+        """Position at the end of the last stride, in the axes and the unit of the odometry."""
+        self.since = 0j
+        """Displacement since the last stride."""
+        self.trail: Complexes
+        """Ends of the last strides relative to the newest one, oldest first, (strides + 1,)."""
+        self.restart()
+
+    def restart(self) -> None:
+        """Replace the trail by a straight line, and begin a new stride at the current pose."""
+        self.position += self.since
+        along = np.complex128(cmath.rect(self._stride, self.heading))
+        self.trail = along * np.arange(-self._strides, 1)
+        self._chord = self.heading
+        self._begin_stride()
+
+    def _begin_stride(self) -> None:
+        self.since = 0j
+        self._distance = self._distance_variance = 0.0
+        self._yaw_variance = self._scale_variance = 0.0
+
+    def add(self, step: OdometryStep) -> Stride | None:
+        """Integrate the next step; return the stride that it completes, None if it does not."""
+        self.since += cmath.rect(step.distance, self.heading + step.yaw / 2)
+        self.heading += step.yaw
+        self._distance += step.distance
+        self._distance_variance += step.distance_variance
+        self._yaw_variance += step.yaw_variance
+        self._scale_variance += step.scale_variance
+        if self._distance < self._stride:
+            return None
+        self.position += self.since
+        self.trail = np.append(self.trail[1:], self.since) - self.since
+        across = complex(-self.trail[0])
+        # The chord has no direction if the vehicle has returned to its start.
+        chord = cmath.phase(across) if across else self._chord
+        turned = math.remainder(chord - self._chord, math.tau)
+        self._chord = chord
+        stride = Stride(
+            self._distance, self._distance_variance, self._yaw_variance, self._scale_variance,
+            self.heading, chord, float(bend_of(self.trail)), turned)
+        self._begin_stride()
+        return stride
+
+
+def bend_of(trail: Complexes) -> Floats:
+    """
+    Return the sum of the absolute changes of direction along trails, in radians, (...).
+
+    ``trail`` has the positions along its first axis, (strides + 1, ...).
+    """
+    parts = np.diff(trail, axis=0)
+    bend: Floats = np.abs(np.angle(parts[1:] * parts[:-1].conj())).sum(axis=0)
+    return bend
