@@ -55,14 +55,13 @@ class YawTuning:
     min_road_shift_px: float = 2.8
     """...and in the blocks on the road if half of all blocks move by more."""
     resting_share: float = 0.2
-    """Traffic close in front of a standing vehicle looks like a turn. While it moves into the
-    view, at least this share of the blocks rests..."""
+    """Traffic close in front of a standing vehicle looks like a turn, but at least this share of
+    the blocks rests..."""
     turning_passing: float = 0.25
     """...and the median of the translation divided by the distance of the blocks is less than this
-    share of the yaw: a radius of 6 m, and half of the scene beyond 15 m. Later, it may cover the
-    whole view, ..."""
+    share of the yaw: in a turn of 6 m radius, half of the scene would be beyond 24 m."""
     free_share: float = 0.5
-    """...until this share of the blocks rests."""
+    """It has passed when this share of the blocks rests."""
     road_slope: float = 0.1
     """Slope below which a block shows the road: 6 degrees down, about 15 m ahead of a car."""
 

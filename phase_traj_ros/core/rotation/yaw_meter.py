@@ -312,8 +312,10 @@ class YawMeter:
         if abs(motion.yaw) <= TUNING.straight_yaw_rate * match.key.age:
             return self._may_be_traffic and resting < TUNING.free_share and (
                 motion.passing <= TUNING.min_passing)
-        return motion.passing < TUNING.turning_passing * abs(motion.yaw) and (
-            self._may_be_traffic or resting >= TUNING.resting_share)
+        rests = resting >= TUNING.resting_share
+        turns_only = motion.passing < TUNING.turning_passing * abs(motion.yaw)
+        # It begins with both. Later, the traffic covers all of the view, or its blocks scatter.
+        return (rests or turns_only) if self._may_be_traffic else (rests and turns_only)
 
     def _scene_shift(self, shift: Shift, interval: float) -> Shift | None:
         """Return the shift of the scene; None if no shift is significant."""
