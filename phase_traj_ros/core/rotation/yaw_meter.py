@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion, MotionFit, quantile
+from phase_traj_ros.core.rotation.cross_traffic import CrossTraffic
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.rotation.keyframe import Keyframe
 from phase_traj_ros.core.rotation.local_shifts import BlockGrid, BlockShifts
@@ -135,7 +136,7 @@ class YawMeter:
         self._newest: NDArray[np.uint8] | None = None
         self._scanline: Scanline | None = None
         self._passing = 0.0
-        self._may_be_traffic = False
+        self._traffic = CrossTraffic()
         self.mounting = Mounting()
         """Direction in which a vehicle with this camera drives straight ahead."""
 
@@ -202,7 +203,7 @@ class YawMeter:
         key.age += interval
         match = self._match_keyframe(key, previous, current, shift, interval)
         if match is not None:
-            self._may_be_traffic = self._looks_like_traffic(match)
+            self._traffic.update(match.motion, match.blocks.resting, match.key.age)
         if match is None or not match.motion.holds(TUNING.confirmed_share):
             self._key = self._keyframe(current, key.travel)
             return self._by_shift(shift, self._scene_shift(shift, interval), match, interval)
@@ -259,8 +260,8 @@ class YawMeter:
         if best is None or not best.motion.certain:
             second = self._whole_shift.second_peak()
             best = _best(best, self._match_blocks(key, current, (second.dx, 0.0)))
-        if best is not None and best.motion.holds(
-                TUNING.min_agreement) and not self._looks_like_traffic(best):
+        if (best is not None and best.motion.holds(TUNING.min_agreement)
+                and not self._traffic.explains(best.motion, best.blocks.resting, key.age)):
             turned = best.motion.yaw * self._projection.px_per_rad
             self._grid.learn(best.blocks, self._must_move(best.blocks, turned))
         return best
@@ -289,7 +290,7 @@ class YawMeter:
         key, motion = match.key, match.motion
         pair = key.add(motion, match.blocks)
         self._rate = pair.yaw / interval
-        if not self._may_be_traffic:
+        if not self._traffic.may_cross:
             # The direction of travel could diverge if few blocks agree.
             key.travel = (motion.travel if motion.certain
                           else motion.travel.limited(self._rate, self.mounting))
@@ -300,22 +301,7 @@ class YawMeter:
         return YawMeasurement(
             shift, pair.yaw, True, motion.agreement, pair, interval / key.age,
             common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad),
-            may_be_traffic=self._may_be_traffic)
-
-    def _looks_like_traffic(self, match: _Match) -> bool:
-        """
-        Return whether the blocks may move with traffic in front of a standing vehicle.
-
-        A vehicle that turns moves forward, too, and its whole view moves.
-        """
-        motion, resting = match.motion, match.blocks.resting
-        if abs(motion.yaw) <= TUNING.straight_yaw_rate * match.key.age:
-            return self._may_be_traffic and resting < TUNING.free_share and (
-                motion.passing <= TUNING.min_passing)
-        rests = resting >= TUNING.resting_share
-        turns_only = motion.passing < TUNING.turning_passing * abs(motion.yaw)
-        # It begins with both. Later, the traffic covers all of the view, or its blocks scatter.
-        return (rests or turns_only) if self._may_be_traffic else (rests and turns_only)
+            may_be_traffic=self._traffic.may_cross)
 
     def _scene_shift(self, shift: Shift, interval: float) -> Shift | None:
         """Return the shift of the scene; None if no shift is significant."""
@@ -346,7 +332,7 @@ class YawMeter:
             self._rate = yaw / interval
         return YawMeasurement(
             shift, yaw, False, 0.0 if match is None else match.motion.agreement,
-            may_be_traffic=self._may_be_traffic)
+            may_be_traffic=self._traffic.may_cross)
 
     def _projected(
         self, mask: NDArray[np.float32] | None,
