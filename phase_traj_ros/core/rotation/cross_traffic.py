@@ -18,10 +18,16 @@ class CrossTraffic:
         """Start without traffic."""
         self.may_cross = False
         """Whether the newest motion may be that of traffic."""
+        # Whether it covers most of the image, and whether the newest motion contradicts it.
+        self._covers = self._doubted = False
 
     def update(self, motion: CameraMotion, resting: float, seconds: float) -> None:
         """Add the motion of the newest frame; see ``explains``."""
-        self.may_cross = self.explains(motion, resting, seconds)
+        explained = self.explains(motion, resting, seconds)
+        # One contradiction may be a wrong measurement.
+        self.may_cross = explained or (self._covers and not self._doubted)
+        self._covers = self.may_cross and resting < TUNING.free_share
+        self._doubted = not explained
 
     def explains(self, motion: CameraMotion, resting: float, seconds: float) -> bool:
         """
@@ -30,9 +36,8 @@ class CrossTraffic:
         ``resting`` is the share of the blocks that do not move, 0 to 1.
         """
         if abs(motion.yaw) <= TUNING.straight_yaw_rate * seconds:
-            return (self.may_cross and resting < TUNING.free_share
-                    and motion.passing <= TUNING.min_passing)
+            return self._covers and motion.passing <= TUNING.min_passing
         rests = resting >= TUNING.resting_share
         turns_only = motion.passing < TUNING.turning_passing * abs(motion.yaw)
         # It begins with both. Later, the traffic may cover the whole image, or pass at an angle.
-        return (rests or turns_only) if self.may_cross else (rests and turns_only)
+        return (rests or turns_only) if self._covers else (rests and turns_only)
