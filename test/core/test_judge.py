@@ -115,7 +115,8 @@ def test_only_traffic_turns_in_front_of_a_vehicle_that_stood(
     pair = turning(yaw=yaw)
     pair = replace(pair, yaw=replace(pair.yaw, may_be_traffic=may_be_traffic))
     verdict = judged_after(street, pair, source, stood=stood)
-    assert (verdict.status, verdict.yaw.yaw) == (status, 0.0 if status is PairStatus.STILL else yaw)
+    assert verdict.status is status
+    assert verdict.yaw.yaw == (0.0 if status is PairStatus.STILL else yaw)
 
 
 @pytest.mark.parametrize(('rate', 'status'), [
