@@ -94,13 +94,15 @@ class Judge:
         return self._areas.weights() if self._excludes else None
 
     def judge(
-        self, picture: Frame, pair: Comparison, heading: VisualCompass | None, interval: float,
+        self, picture: Frame, pair: Comparison, heading: VisualCompass | None, interval: float, *,
+        stood: bool = False,
     ) -> Verdict:
         """
         Judge the next pair, whose second frame is ``picture``, (H, W).
 
         Its yaw has to follow from the ``heading`` so far, None if that is not measured.
-        ``interval`` is the time between the two frames in seconds.
+        ``interval`` is the time between the two frames in seconds. ``stood`` is whether the road
+        did not move in the pair before.
         """
         shift = None if heading is None else heading.shift_of(pair.yaw)
         if pair.cut:
@@ -109,6 +111,8 @@ class Judge:
         if pair.quality is Quality.STILL and not self._is_standing(
                 pair.yaw, interval, 0.0 if heading is None else heading.tracker.rate):
             pair = replace(pair, quality=Quality.MEASURED)
+        if stood and self._guards and _is_traffic(pair.yaw, interval):
+            pair = replace(pair, quality=Quality.STILL)
         yaw, fixed = pair.yaw, False
         if yaw is not None and shift is not None:
             if pair.quality is Quality.STILL:
@@ -165,3 +169,9 @@ class Judge:
     @property
     def _excludes(self) -> bool:
         return self._areas.share >= FIXED.min_masked
+
+
+def _is_traffic(yaw: YawMeasurement | None, interval: float) -> bool:
+    """Return whether what turns in front of a standing vehicle is traffic."""
+    return (yaw is not None and yaw.yaw is not None and yaw.may_be_traffic
+            and abs(yaw.yaw) > ROAD.driving_yaw_rate * interval)

@@ -163,7 +163,7 @@ class YawCamera:
         if self._learning is not None:
             self._newest_frame = frame
             # Not the shift of the whole image: in a gentle bend, parallax may exceed the yaw.
-            yaw = None if measurement is None else measurement.yaw
+            yaw = None if measurement is None or measurement.may_be_traffic else measurement.yaw
             self._learned |= self._learning.update(
                 upright(frame, rotate_180=self._rotate_180),
                 0.0 if yaw is None else self._focal[0] * limited_tan(yaw), interval)

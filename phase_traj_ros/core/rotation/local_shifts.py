@@ -61,6 +61,13 @@ class BlockShifts:
     weight: NDArray[np.float64]
     precision: NDArray[np.float64]
 
+    @property
+    def resting(self) -> float:
+        """Return the share of the blocks that do not move, by weight, 0 to 1."""
+        rests = np.hypot(self.dx, self.dy) < TUNING.fixed_px
+        total = float(self.weight.sum())
+        return float(self.weight[rests].sum()) / total if total > 0.0 else 0.0
+
 
 class BlockGrid:
     """

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion, MotionFit, quantile
+from phase_traj_ros.core.rotation.cross_traffic import CrossTraffic
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.rotation.keyframe import Keyframe
 from phase_traj_ros.core.rotation.local_shifts import BlockGrid, BlockShifts
@@ -46,6 +47,8 @@ class YawMeasurement:
         Share of the pair in the time since the keyframe from which it was measured.
     common
         Standard deviation of the error that all blocks have in common, in radians.
+    may_be_traffic
+        Whether the blocks move as traffic does that crosses close in front of a standing vehicle.
     """
 
     shift: Shift
@@ -55,6 +58,7 @@ class YawMeasurement:
     motion: CameraMotion | None = None
     share: float = 1.0
     common: float = 0.0
+    may_be_traffic: bool = False
 
     @property
     def variance(self) -> float:
@@ -132,6 +136,7 @@ class YawMeter:
         self._newest: NDArray[np.uint8] | None = None
         self._scanline: Scanline | None = None
         self._passing = 0.0
+        self._traffic = CrossTraffic()
         self.mounting = Mounting()
         """Direction in which a vehicle with this camera drives straight ahead."""
 
@@ -197,6 +202,8 @@ class YawMeter:
             return None
         key.age += interval
         match = self._match_keyframe(key, previous, current, shift, interval)
+        if match is not None:
+            self._traffic.update(match.motion, match.blocks.resting, match.key.age)
         if match is None or not match.motion.holds(TUNING.confirmed_share):
             self._key = self._keyframe(current, key.travel)
             return self._by_shift(shift, self._scene_shift(shift, interval), match, interval)
@@ -253,7 +260,8 @@ class YawMeter:
         if best is None or not best.motion.certain:
             second = self._whole_shift.second_peak()
             best = _best(best, self._match_blocks(key, current, (second.dx, 0.0)))
-        if best is not None and best.motion.holds(TUNING.min_agreement):
+        if (best is not None and best.motion.holds(TUNING.min_agreement)
+                and not self._traffic.explains(best.motion, best.blocks.resting, key.age)):
             turned = best.motion.yaw * self._projection.px_per_rad
             self._grid.learn(best.blocks, self._must_move(best.blocks, turned))
         return best
@@ -282,16 +290,18 @@ class YawMeter:
         key, motion = match.key, match.motion
         pair = key.add(motion, match.blocks)
         self._rate = pair.yaw / interval
-        # The direction of travel could diverge if few blocks agree.
-        key.travel = (motion.travel if motion.certain
-                      else motion.travel.limited(self._rate, self.mounting))
+        if not self._traffic.may_cross:
+            # The direction of travel could diverge if few blocks agree.
+            key.travel = (motion.travel if motion.certain
+                          else motion.travel.limited(self._rate, self.mounting))
         self._passing = motion.passing / key.age
         if motion.passing > TUNING.min_passing:
             self.mounting.add(
                 motion.travel.course, motion.travel.course_variance, interval, self._rate)
         return YawMeasurement(
             shift, pair.yaw, True, motion.agreement, pair, interval / key.age,
-            common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad))
+            common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad),
+            may_be_traffic=self._traffic.may_cross)
 
     def _scene_shift(self, shift: Shift, interval: float) -> Shift | None:
         """Return the shift of the scene; None if no shift is significant."""
@@ -320,7 +330,9 @@ class YawMeter:
         if scene is not None:
             yaw = scene.dx / self._projection.px_per_rad
             self._rate = yaw / interval
-        return YawMeasurement(shift, yaw, False, 0.0 if match is None else match.motion.agreement)
+        return YawMeasurement(
+            shift, yaw, False, 0.0 if match is None else match.motion.agreement,
+            may_be_traffic=self._traffic.may_cross)
 
     def _projected(
         self, mask: NDArray[np.float32] | None,

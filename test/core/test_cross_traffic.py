@@ -1,0 +1,96 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Traffic that crosses close in front of a standing vehicle does not turn the heading."""
+
+import math
+
+import cv2
+import numpy as np
+import overlays
+from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
+import pytest
+import turning_camera
+
+HFOV_DEG = 70.0
+KNOWN = Lens(hfov_deg=HFOV_DEG)
+TENTH = 100_000_000
+HALT = 25
+"""The frame at which the vehicle halts, before its turn."""
+
+
+@pytest.fixture(scope='module')
+def drive():
+    plan = plan_drive(
+        'a corner', [Straight(3.0), Turn(-90.0, 4.0), Straight(1.5)], rate_hz=10.0, speed=6.0,
+        seed=8, camera=Camera.with_field_of_view(320, 240, HFOV_DEG))
+    return list(render_drive(plan))
+
+
+def halted(frame, pairs, *, seed=5):
+    """Yield the frame of a standing vehicle, with the noise of the sensor."""
+    rng = np.random.default_rng(seed)
+    for _ in range(pairs):
+        yield np.clip(frame + rng.normal(0.0, 1.5, frame.shape), 0, 255).astype(np.uint8)
+
+
+def crossing(frame, *, width, height, step, wait=10, seed=3):
+    """Yield the frames of a standing vehicle in front of which a lorry of these shares passes."""
+    rows, columns = frame.shape
+    length, top, bottom = round(width * columns), round(0.1 * rows), round((0.1 + height) * rows)
+    noise = np.random.default_rng(seed).integers(0, 255, (bottom - top, length)).astype(np.uint8)
+    lorry = cv2.normalize(cv2.GaussianBlur(noise, (0, 0), 3), None, 0, 255, cv2.NORM_MINMAX)
+    pairs = wait + (columns + length) // abs(step)
+    for number, picture in enumerate(halted(frame, pairs, seed=seed)):
+        way = max(number - wait, 0) * abs(step)
+        begin = way - length if step > 0 else columns - way
+        left, right = max(begin, 0), min(begin + length, columns)
+        if right > left:
+            picture[top:bottom, left:right] = lorry[:, left - begin:right - begin]
+        yield picture
+
+
+def headings(frames, *, lens=KNOWN, source=CodeSource.AUTO):
+    """Return the estimator after the frames, and the heading at each of them, in degrees."""
+    estimator = TrajectoryEstimator(EstimatorSettings(code_source=source, lens=lens))
+    updates = [estimator.update(frame, n * TENTH) for n, frame in enumerate(frames)][1:]
+    return estimator, [0.0, *(math.degrees(each.heading.heading) for each in updates)]
+
+
+@pytest.mark.parametrize(('width', 'height', 'step'), [
+    (0.8, 0.7, 6), (0.8, 0.7, -15), (1.5, 0.6, 10), (1.5, 0.75, -6)])
+@pytest.mark.parametrize('lens', [KNOWN, None], ids=['known', 'unknown'])
+def test_a_lorry_that_crosses_close_in_front_is_not_a_turn(drive, width, height, step, lens):
+    before = drive[:HALT + 1]
+    lorry = list(crossing(drive[HALT], width=width, height=height, step=step))
+    estimator, heading = headings([*before, *lorry, *halted(drive[HALT], 5)], lens=lens)
+    standing = heading[HALT + 5:]
+    assert max(standing) - min(standing) < 4.0
+    assert not estimator.turns and not estimator.heading.finish()
+    assert estimator.heading.learned is None
+
+
+def test_the_heading_goes_on_with_the_turn_after_the_lorry(drive):
+    lorry = list(crossing(drive[HALT], width=1.2, height=0.7, step=10))
+    frames = [*drive[:HALT + 1], *lorry, *drive[HALT + 1:]]
+    estimator, heading = headings(frames)
+    assert heading[-1] - heading[HALT + len(lorry)] == pytest.approx(-90.0, abs=8.0)
+    [turn] = [*estimator.turns, *estimator.heading.finish()]
+    assert turn.quarter_turns == -1
+
+
+@pytest.mark.parametrize('start', [HALT, HALT + 10])
+def test_a_turn_from_a_halt_counts_though_the_bonnet_does_not_move(drive, start):
+    frames = [*halted(drive[start], 15), *drive[start:]]
+    _, clear = headings(frames)
+    _, heading = headings([overlays.bonnet(frame) for frame in frames])
+    assert clear[-1] < -40.0
+    assert heading[-1] == pytest.approx(clear[-1], abs=8.0)
+
+
+def test_a_robot_may_turn_on_the_spot():
+    camera, frames = turning_camera.turning('barrel')
+    _, heading = headings(
+        [*halted(frames[0], 15), *frames], lens=Lens(camera=camera))
+    assert max(heading) == pytest.approx(max(turning_camera.HEADINGS), abs=0.5)
+    assert heading[-1] == pytest.approx(turning_camera.HEADINGS[-1], abs=0.5)
