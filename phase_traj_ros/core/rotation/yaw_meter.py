@@ -202,8 +202,6 @@ class YawMeter:
             return None
         key.age += interval
         match = self._match_keyframe(key, previous, current, shift, interval)
-        if match is not None:
-            self._traffic.update(match.motion, match.blocks.resting, match.key.age)
         if match is None or not match.motion.holds(TUNING.confirmed_share):
             self._key = self._keyframe(current, key.travel)
             return self._by_shift(shift, self._scene_shift(shift, interval), match, interval)
@@ -288,6 +286,7 @@ class YawMeter:
     def _by_blocks(self, shift: Shift, match: _Match, interval: float) -> YawMeasurement:
         """Return the measurement of a pair by the motion since the keyframe, and learn from it."""
         key, motion = match.key, match.motion
+        self._traffic.update(motion, match.blocks.resting, key.age)
         pair = key.add(motion, match.blocks)
         self._rate = pair.yaw / interval
         if not self._traffic.may_cross:
