@@ -113,8 +113,8 @@ class PairMeter:
         Compare a frame with the newest one that was compared, ``waited`` seconds earlier.
 
         ``picture`` is the frame as ``prepare`` returns it, ``interval`` the seconds since the
-        previous frame, which need not have been compared. ``stood`` is whether the vehicle is known
-        to have stood then.
+        previous frame, which need not have been compared. ``stood`` is whether the vehicle is
+        known to have stood then.
 
         Raises
         ------

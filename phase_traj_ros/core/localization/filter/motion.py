@@ -29,7 +29,7 @@ class MotionModel:
     def advance(
         self, hypotheses: Hypotheses, stride: Stride, most: int, rng: np.random.Generator,
     ) -> Hypotheses:
-        """Return the hypotheses after a stride; at most ``most`` at a time pass to a next piece."""
+        """Return the hypotheses after a stride; at most ``most`` at once pass to a next piece."""
         settings = self._settings
         share = stride.distance * self._scale.middle / 100.0
         deviation = math.hypot(
