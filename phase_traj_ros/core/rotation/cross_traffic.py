@@ -22,17 +22,17 @@ class CrossTraffic:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the traffic: the camera does not stand."""
+        """Forget everything: the next frame is the first."""
         self.crosses = False
         """Whether the newest motion is that of traffic."""
         # Whether a part of the image moved while the camera did not turn, whether traffic covers
         # most of it, and whether the newest motion contradicts that.
         self._enters = self._covers = self._doubted = False
 
-    def update(self, motion: CameraMotion, resting: float) -> None:
-        """Add the motion since the keyframe; see ``explains``."""
+    def update(self, motion: CameraMotion, resting: float, *, stood: bool) -> None:
+        """Add the motion since the keyframe, and whether the vehicle stood; see ``explains``."""
         if abs(motion.yaw) < self._still:
-            self.crosses, self._enters = False, resting < TUNING.entering_share
+            self.crosses, self._enters = False, stood and resting < TUNING.entering_share
             lasts = self._covers and motion.passing <= TUNING.min_passing
         else:
             explained = self.explains(motion, resting)

@@ -138,6 +138,7 @@ class YawMeter:
         self._scanline: Scanline | None = None
         self._passing = 0.0
         self._traffic.reset()
+        self._stood = False
         self.mounting = Mounting()
         """Direction in which a vehicle with this camera drives straight ahead."""
 
@@ -204,8 +205,7 @@ class YawMeter:
             self._key, self._rate = self._keyframe(current, FocusOfExpansion()), 0.0
             return None
         key.age += interval
-        if not stood:
-            self._traffic.reset()
+        self._stood = stood
         match = self._match_keyframe(key, previous, current, shift, interval)
         if match is None or not match.motion.holds(TUNING.confirmed_share):
             self._key = self._keyframe(current, key.travel)
@@ -214,7 +214,7 @@ class YawMeter:
                 or self._confirms(self._scene_shift(shift, interval), match)):
             self._key = self._keyframe(current, key.travel)
             return self._by_shift(shift, None, match, interval)
-        measured = self._by_blocks(shift, match, interval, stood=stood)
+        measured = self._by_blocks(shift, match, interval)
         if self._keyframes and measured.certain:
             self._newest = frame
         over = not self._keyframes or match.key.has_expired(match.motion, interval)
@@ -264,7 +264,8 @@ class YawMeter:
             second = self._whole_shift.second_peak()
             best = _best(best, self._match_blocks(key, current, (second.dx, 0.0)))
         if (best is not None and best.motion.holds(TUNING.min_agreement)
-                and not self._traffic.explains(best.motion, best.blocks.resting)):
+                and not (self._stood and self._traffic.explains(
+                    best.motion, best.blocks.resting))):
             turned = best.motion.yaw * self._projection.px_per_rad
             self._grid.learn(best.blocks, self._must_move(best.blocks, turned))
         return best
@@ -288,27 +289,28 @@ class YawMeter:
             down=key.picture.down / scale, precision=blocks.precision)
         return None if motion is None else _Match(key, motion, blocks)
 
-    def _by_blocks(
-        self, shift: Shift, match: _Match, interval: float, *, stood: bool,
-    ) -> YawMeasurement:
+    def _by_blocks(self, shift: Shift, match: _Match, interval: float) -> YawMeasurement:
         """Return the measurement of a pair by the motion since the keyframe, and learn from it."""
         key, motion = match.key, match.motion
-        if stood:
-            self._traffic.update(motion, match.blocks.resting)
+        self._traffic.update(motion, match.blocks.resting, stood=self._stood)
         pair = key.add(motion, match.blocks)
         self._rate = pair.yaw / interval
         self._passing = motion.passing / key.age
-        if not self._traffic.crosses:
+        if not self._is_traffic:
             # The direction of travel could diverge if few blocks agree.
             key.travel = (motion.travel if motion.certain
                           else motion.travel.limited(self._rate, self.mounting))
-        if motion.passing > TUNING.min_passing and not self._traffic.crosses:
+        if motion.passing > TUNING.min_passing and not self._is_traffic:
             self.mounting.add(
                 motion.travel.course, motion.travel.course_variance, interval, self._rate)
         return YawMeasurement(
             shift, pair.yaw, True, motion.agreement, pair, interval / key.age,
             common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad),
-            is_traffic=self._traffic.crosses)
+            is_traffic=self._is_traffic)
+
+    @property
+    def _is_traffic(self) -> bool:
+        return self._stood and self._traffic.crosses
 
     def _scene_shift(self, shift: Shift, interval: float) -> Shift | None:
         """Return the shift of the scene; None if no shift is significant."""
@@ -339,7 +341,7 @@ class YawMeter:
             self._rate = yaw / interval
         return YawMeasurement(
             shift, yaw, False, 0.0 if match is None else match.motion.agreement,
-            is_traffic=self._traffic.crosses)
+            is_traffic=self._is_traffic)
 
     def _projected(
         self, mask: NDArray[np.float32] | None,

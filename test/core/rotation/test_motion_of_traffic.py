@@ -23,7 +23,7 @@ def after(*motions):
     for yaw, passing, resting in motions:
         motion = CameraMotion(
             yaw, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, passing)
-        traffic.update(motion, resting)
+        traffic.update(motion, resting, stood=True)
     return traffic.crosses
 
 
@@ -48,12 +48,20 @@ def test_traffic_enters_at_rest_and_ends_with_a_vehicle_that_drives(motions, cro
     assert after(*mirrored) is crosses
 
 
-def test_what_crosses_is_forgotten_when_the_vehicle_drives():
+def test_a_reset_forgets_what_crosses():
     traffic = CrossTraffic(still=0.001)
     for yaw, passing, resting in (ENTERS, LORRY):
         traffic.update(CameraMotion(
-            yaw, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, passing), resting)
+            yaw, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, passing), resting, stood=True)
     traffic.reset()
     assert not traffic.crosses
     assert not traffic.explains(CameraMotion(
         0.03, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, 0.001), 0.4)
+
+
+def test_nothing_enters_the_view_of_a_vehicle_that_drives():
+    traffic = CrossTraffic(still=0.001)
+    for (yaw, passing, resting), stood in ((ENTERS, False), (LORRY, True)):
+        traffic.update(CameraMotion(
+            yaw, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, passing), resting, stood=stood)
+    assert not traffic.crosses
