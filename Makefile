@@ -24,7 +24,7 @@ unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-noble noble-environment lint colcon dist bench bench-system robustness any-camera distance frame-rate mutants locate film docs \
+.PHONY: help demo test test-noble noble-environment lint colcon dist bench bench-system robustness any-camera distance frame-rate cross-traffic mutants locate film docs \
 	docs-links version release pins clean
 
 help:  ## Show this list
@@ -89,6 +89,10 @@ distance:  ## Measure distances on clips and drives; writes docs/measurements/di
 frame-rate:  ## Measure drives at 5 to 120 Hz; writes docs/measurements/frame_rate.md
 	@$(environment) .venv --extras ros
 	@.venv/bin/python -m benchmarks.distance.frame_rate
+
+cross-traffic:  ## Measure lorries before a standing vehicle; writes docs/measurements/cross_traffic.md
+	@$(environment) .venv --extras ros
+	@.venv/bin/python -m benchmarks.heading.cross_traffic
 
 # The odometry along the rendered drives takes ten minutes once, and is kept.
 locate:  ## Measure where on a road map drives are; writes docs/measurements/locate.md

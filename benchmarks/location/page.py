@@ -59,9 +59,9 @@ _EVIDENCE_TEXT = """
     of Karlsruhe nothing that is more than 50 m off. A rotated map would not be another one: the
     drive begins in any direction. When it was chosen what may be claimed, the runs on wrong maps
     of the drives *held out*, 02 and 10, played no part; their runs on the right map were seen.
-    How the hypotheses are split, how often lost vehicles return and what the road of no map pays
-    were chosen by 09 and 10 on the right map, by three parts of 00 and 08 on the mirrored one, and
-    by a made-up town.
+    How the hypotheses are split, how often lost vehicles return and the penalty of the null
+    hypothesis were chosen by 09 and 10 on the right map, by three parts of 00 and 08 on the
+    mirrored one, and by a made-up town.
     *Unknown* is a scale of 1.1 to 2.2 m per unit.
     """
 _LARGE_TEXT = """

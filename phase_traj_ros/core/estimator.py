@@ -301,7 +301,8 @@ class TrajectoryEstimator:
         if not self._is_foreseen(frame, picture, waited_ns, interval_ns, encoding):
             pair = self._meter.compare(
                 frame, picture, waited_ns * 1e-9, interval_ns * 1e-9, encoding=encoding,
-                heading=self.heading)
+                heading=self.heading,
+                stood=self._integration.distance_meter.heights_per_second == 0.0)
         self.correlate_ns = time.perf_counter_ns() - began
         self._repeats.keep(picture if frame.dtype == np.uint8 else frame.copy(), encoding=encoding)
         self._used_stamp_ns, self._width = stamp_ns, frame.shape[1]
@@ -315,9 +316,7 @@ class TrajectoryEstimator:
             return None
         if pair.cut and self._settings.guards:
             self._integration.begin_scene()
-        verdict = self._judge.judge(
-            picture, pair, self.heading, waited_ns * 1e-9,
-            stood=self._integration.distance_meter.heights_per_second == 0.0)
+        verdict = self._judge.judge(picture, pair, self.heading, waited_ns * 1e-9)
         if verdict.areas_changed:
             self._exclude_areas()
         deviation = 1e-9 * math.hypot(self._repeats.deviation_ns, self._jitter.deviation_ns)

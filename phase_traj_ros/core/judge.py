@@ -94,24 +94,24 @@ class Judge:
         return self._areas.weights() if self._excludes else None
 
     def judge(
-        self, picture: Frame, pair: Comparison, heading: VisualCompass | None, interval: float, *,
-        stood: bool = False,
+        self, picture: Frame, pair: Comparison, heading: VisualCompass | None, interval: float,
     ) -> Verdict:
         """
         Judge the next pair, whose second frame is ``picture``, (H, W).
 
         Its yaw has to follow from the ``heading`` so far, None if that is not measured.
-        ``interval`` is the time between the two frames in seconds. ``stood`` is whether the road
-        did not move in the pair before.
+        ``interval`` is the time between the two frames in seconds.
         """
         shift = None if heading is None else heading.shift_of(pair.yaw)
         if pair.cut:
             self._areas.interrupt()
-        changed = self.add_frame(picture, shift, interval)
+        traffic = pair.yaw is not None and pair.yaw.is_traffic
+        # Traffic that moves does not make the scene behind it fixed to the camera.
+        changed = self.add_frame(picture, None if traffic else shift, interval)
         if pair.quality is Quality.STILL and not self._is_standing(
                 pair.yaw, interval, 0.0 if heading is None else heading.tracker.rate):
             pair = replace(pair, quality=Quality.MEASURED)
-        if stood and self._guards and _is_traffic(pair.yaw, interval):
+        if traffic and pair.quality is Quality.MEASURED:
             pair = replace(pair, quality=Quality.STILL)
         yaw, fixed = pair.yaw, False
         if yaw is not None and shift is not None:
@@ -169,9 +169,3 @@ class Judge:
     @property
     def _excludes(self) -> bool:
         return self._areas.share >= FIXED.min_masked
-
-
-def _is_traffic(yaw: YawMeasurement | None, interval: float) -> bool:
-    """Return whether what turns in front of a standing vehicle is traffic."""
-    return (yaw is not None and yaw.yaw is not None and yaw.may_be_traffic
-            and abs(yaw.yaw) > ROAD.driving_yaw_rate * interval)

@@ -107,13 +107,14 @@ class PairMeter:
 
     def compare(
         self, frame: Frame, picture: NDArray[np.uint8], waited: float, interval: float, *,
-        encoding: str, heading: VisualCompass | None,
+        encoding: str, heading: VisualCompass | None, stood: bool = False,
     ) -> Comparison:
         """
         Compare a frame with the newest one that was compared, ``waited`` seconds earlier.
 
         ``picture`` is the frame as ``prepare`` returns it, ``interval`` the seconds since the
-        previous frame, which need not have been compared.
+        previous frame, which need not have been compared. ``stood`` is whether the vehicle is
+        known to have stood then.
 
         Raises
         ------
@@ -128,7 +129,8 @@ class PairMeter:
             check_frame(view)
             if self._view_mask is not None:
                 check_size(view, self._view_mask)
-        yaw = None if heading is None else heading.measure(picture, waited)
+        yaw = None if heading is None else heading.measure(
+            picture, waited, stood=stood and self._settings.guards)
         shift = None if self._settings.by_heading else self._correlator.update(view)
         self._quality.update(view)
         frame_format = (frame.shape, frame.dtype.str, encoding)

@@ -94,3 +94,25 @@ def test_a_robot_may_turn_on_the_spot():
         [*halted(frames[0], 15), *frames], lens=Lens(camera=camera))
     assert max(heading) == pytest.approx(max(turning_camera.HEADINGS), abs=0.5)
     assert heading[-1] == pytest.approx(turning_camera.HEADINGS[-1], abs=0.5)
+
+
+@pytest.mark.parametrize('share', [0.35, 0.45])
+def test_a_robot_that_sees_much_of_its_body_turns_on_the_spot(share):
+    camera, frames = turning_camera.turning('barrel')
+    rows, columns = frames[0].shape
+    body = np.random.default_rng(4).integers(0, 255, (rows, columns)).astype(np.uint8)
+    body = cv2.GaussianBlur(body, (0, 0), 3)
+    seen = [frame.copy() for frame in [*halted(frames[0], 15), *frames]]
+    for frame in seen:
+        frame[round((1.0 - share) * rows):] = body[round((1.0 - share) * rows):]
+    _, heading = headings(seen, lens=Lens(camera=camera))
+    assert heading[-1] == pytest.approx(turning_camera.HEADINGS[-1], abs=1.5)
+
+
+def test_a_queue_of_lorries_does_not_make_the_street_fixed_to_the_camera(drive):
+    lorries = [
+        frame for seed in range(3)
+        for frame in crossing(drive[HALT], width=2.0, height=0.6, step=8, wait=3, seed=seed)]
+    estimator, heading = headings([*drive[:HALT + 1], *lorries])
+    assert abs(heading[-1] - heading[HALT + 5]) < 4.0
+    assert not estimator.turns

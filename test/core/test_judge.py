@@ -65,11 +65,11 @@ def turning(yaw=0.02, quality=Quality.MEASURED, among=0.8, **options):
     return Comparison(None, measured, quality, measured.shift, agreement=0.8, **options)
 
 
-def judged_after(pictures, pair, source=CodeSource.AUTO, heading=None, stood=False):
+def judged_after(pictures, pair, source=CodeSource.AUTO, heading=None):
     """Return the verdict on the last of these pictures."""
     judge, heading = Judge(source), heading or Following()
     judge.add_frame(pictures[0], None, 0.0)
-    return [judge.judge(picture, pair, heading, 0.1, stood=stood) for picture in pictures[1:]][-1]
+    return [judge.judge(picture, pair, heading, 0.1) for picture in pictures[1:]][-1]
 
 
 @pytest.fixture(scope='module')
@@ -103,20 +103,16 @@ def test_a_vehicle_that_turns_drives_though_the_blocks_with_most_texture_stand(s
     assert judged_after(street, slow).status is PairStatus.STILL
 
 
-@pytest.mark.parametrize(('yaw', 'may_be_traffic', 'stood', 'source', 'status'), [
-    (0.02, True, True, CodeSource.AUTO, PairStatus.STILL),
-    (-0.02, True, True, CodeSource.AUTO, PairStatus.STILL),
-    (0.02, False, True, CodeSource.AUTO, PairStatus.OK),
-    (0.02, True, False, CodeSource.AUTO, PairStatus.OK),
-    (0.02, True, True, CodeSource.HEADING, PairStatus.OK),
-    (0.004, True, True, CodeSource.AUTO, PairStatus.OK)])
-def test_only_traffic_turns_in_front_of_a_vehicle_that_stood(
-        street, yaw, may_be_traffic, stood, source, status):
-    pair = turning(yaw=yaw)
-    pair = replace(pair, yaw=replace(pair.yaw, may_be_traffic=may_be_traffic))
-    verdict = judged_after(street, pair, source, stood=stood)
+@pytest.mark.parametrize(('quality', 'status'), [
+    (Quality.MEASURED, PairStatus.STILL), (Quality.STILL, PairStatus.STILL),
+    (Quality.NOTHING, PairStatus.NO_MEASUREMENT), (None, PairStatus.REPRIMED)])
+def test_a_vehicle_in_front_of_which_traffic_moves_stands(street, quality, status):
+    pair = turning(yaw=0.04, quality=quality)
+    pair = replace(pair, yaw=replace(pair.yaw, is_traffic=True))
+    verdict = judged_after([street[0]] * 3, pair)
     assert verdict.status is status
-    assert verdict.yaw.yaw == (0.0 if status is PairStatus.STILL else yaw)
+    if status is PairStatus.STILL:
+        assert verdict.yaw.yaw == 0.0
 
 
 @pytest.mark.parametrize(('rate', 'status'), [

@@ -37,5 +37,5 @@ class PixelWeights:
 
 
 def upright(picture: NDArray[np.uint8], *, rotate_180: bool) -> NDArray[np.uint8]:
-    """Return a picture, (H, W), of a camera that is mounted upside down, if it is."""
+    """Return a picture, (H, W), upright; ``rotate_180`` if the camera is mounted upside down."""
     return np.ascontiguousarray(picture[::-1, ::-1]) if rotate_180 else picture

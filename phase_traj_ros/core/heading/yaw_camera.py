@@ -141,9 +141,13 @@ class YawCamera:
             return np.zeros((0, 0), np.float32)
         return self._meter.correlation_map()
 
-    def measure(self, frame: NDArray[np.uint8], interval: float) -> YawMeasurement | None:
+    def measure(
+        self, frame: NDArray[np.uint8], interval: float, *, stood: bool = False,
+    ) -> YawMeasurement | None:
         """
         Return the yaw measurement of the next frame, None for the first frame of a pair.
+
+        If the vehicle ``stood`` at the previous frame, traffic in front of it is recognised.
 
         Raises
         ------
@@ -159,11 +163,11 @@ class YawCamera:
                 ' instead, or use_lens with the focal length for the new size')
         if self._meter is None or frame.shape != self._shape:
             self._meter = self._make_meter(frame, self.lens)
-        measurement = self._meter.update(frame, interval)
+        measurement = self._meter.update(frame, interval, stood=stood)
         if self._learning is not None:
             self._newest_frame = frame
             # Not the shift of the whole image: in a gentle bend, parallax may exceed the yaw.
-            yaw = None if measurement is None or measurement.may_be_traffic else measurement.yaw
+            yaw = None if measurement is None or measurement.is_traffic else measurement.yaw
             self._learned |= self._learning.update(
                 upright(frame, rotate_180=self._rotate_180),
                 0.0 if yaw is None else self._focal[0] * limited_tan(yaw), interval)

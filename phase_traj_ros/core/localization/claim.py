@@ -39,8 +39,8 @@ class Claim:
         """
         Update the claim by the most probable place after a stride of a length in metres.
 
-        ``turned`` is the sum of the absolute angles turned since the start, in radians. If the
-        place has jumped, it is a different one.
+        ``turned`` is the sum of the absolute angles turned since the start, in radians, beyond the
+        noise of each stride. If the place has jumped, it is a different one.
         """
         settings = self._settings
         jumped = self._last is not None and (

@@ -99,7 +99,7 @@ class LocatorSettings:
     fewest_hypotheses: int = 1_500
     """Hypotheses are split below this number while a place leads."""
     fewest_searching: int = 30_000
-    """Hypotheses are split below this number, or below that of the start, while none leads."""
+    """While no place leads, they are split below this number, or that of the start if less."""
     merge_m: float = 1.5
     """Hypotheses on one piece are merged if they are in one bin of this length..."""
     merge_scale: float = 0.01

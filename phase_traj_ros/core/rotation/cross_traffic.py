@@ -4,7 +4,9 @@
 Recognises traffic that crosses close in front of a standing camera.
 
 A lorry at a junction may cover most of the image, and its blocks agree on one motion, like those
-of a turn. But a vehicle that turns moves forward, too, so objects pass by, and no block rests.
+of a turn. But a vehicle that turns also moves forward, so nearby objects pass by, and no block
+stays at rest. A camera that turns on the spot may see its own vehicle at rest, but all of the
+scene begins to turn at once, while traffic first moves in a part of the image.
 """
 
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
@@ -12,32 +14,40 @@ from phase_traj_ros.core.rotation.tuning import TUNING
 
 
 class CrossTraffic:
-    """Whether the blocks may move with traffic while the camera stands."""
+    """Whether the blocks move with traffic while the camera stands."""
 
-    def __init__(self) -> None:
-        """Start without traffic."""
-        self.may_cross = False
-        """Whether the newest motion may be that of traffic."""
-        # Whether it covers most of the image, and whether the newest motion contradicts it.
-        self._covers = self._doubted = False
+    def __init__(self, *, still: float) -> None:
+        """Start without traffic; a camera that turns by less than ``still`` radians stands."""
+        self._still = still
+        self.reset()
 
-    def update(self, motion: CameraMotion, resting: float, seconds: float) -> None:
-        """Add the motion of the newest frame; see ``explains``."""
-        explained = self.explains(motion, resting, seconds)
-        # One contradiction may be a wrong measurement.
-        self.may_cross = explained or (self._covers and not self._doubted)
-        self._covers = self.may_cross and resting < TUNING.free_share
-        self._doubted = not explained
+    def reset(self) -> None:
+        """Forget everything: the next frame is the first."""
+        self.crosses = False
+        """Whether the newest motion is that of traffic."""
+        # Whether a part of the image moved while the camera did not turn, whether traffic covers
+        # most of it, and whether the newest motion contradicts that.
+        self._enters = self._covers = self._doubted = False
 
-    def explains(self, motion: CameraMotion, resting: float, seconds: float) -> bool:
+    def update(self, motion: CameraMotion, resting: float, *, stood: bool) -> None:
+        """Add the motion since the keyframe, and whether the vehicle stood; see ``explains``."""
+        if abs(motion.yaw) < self._still:
+            self.crosses, self._enters = False, stood and resting < TUNING.entering_share
+            lasts = self._covers and motion.passing <= TUNING.min_passing
+        else:
+            explained = self.explains(motion, resting)
+            # One contradiction may be a wrong measurement.
+            lasts = self.crosses = explained or (self._covers and not self._doubted)
+            self._doubted = not explained
+        self._covers = lasts and resting < TUNING.free_share
+
+    def explains(self, motion: CameraMotion, resting: float) -> bool:
         """
-        Return whether a motion within ``seconds`` may be that of traffic.
+        Return whether traffic explains a motion that looks like a turn.
 
         ``resting`` is the share of the blocks that do not move, 0 to 1.
         """
-        if abs(motion.yaw) <= TUNING.straight_yaw_rate * seconds:
-            return self._covers and motion.passing <= TUNING.min_passing
         rests = resting >= TUNING.resting_share
         turns_only = motion.passing < TUNING.turning_passing * abs(motion.yaw)
-        # It begins with both. Later, the traffic may cover the whole image, or pass at an angle.
-        return (rests or turns_only) if self._covers else (rests and turns_only)
+        # Both are required at first. Later, the traffic may cover all, or pass at an angle.
+        return (rests or turns_only) if self._covers else (self._enters and rests and turns_only)

@@ -56,12 +56,14 @@ class YawTuning:
     """...and in the blocks on the road if half of all blocks move by more."""
     resting_share: float = 0.2
     """Traffic close in front of a standing vehicle looks like a turn, but at least this share of
-    the blocks rests..."""
+    the blocks rests at first, ..."""
     turning_passing: float = 0.25
     """...and the median of the translation divided by the distance of the blocks is less than this
     share of the yaw: in a turn of 6 m radius, half of the scene would be beyond 24 m."""
+    entering_share: float = 0.8
+    """Before, it has entered the image: less than this share of the blocks rested, ..."""
     free_share: float = 0.5
-    """It has passed when this share of the blocks rests."""
+    """...and it has passed when this share of them rests again."""
     road_slope: float = 0.1
     """Slope below which a block shows the road: 6 degrees down, about 15 m ahead of a car."""
 

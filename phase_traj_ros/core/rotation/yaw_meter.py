@@ -47,8 +47,8 @@ class YawMeasurement:
         Share of the pair in the time since the keyframe from which it was measured.
     common
         Standard deviation of the error that all blocks have in common, in radians.
-    may_be_traffic
-        Whether the blocks move as traffic does that crosses close in front of a standing vehicle.
+    is_traffic
+        Whether the blocks move with traffic that crosses close in front of a standing vehicle.
     """
 
     shift: Shift
@@ -58,7 +58,7 @@ class YawMeasurement:
     motion: CameraMotion | None = None
     share: float = 1.0
     common: float = 0.0
-    may_be_traffic: bool = False
+    is_traffic: bool = False
 
     @property
     def variance(self) -> float:
@@ -120,6 +120,7 @@ class YawMeter:
         azimuths = np.interp(columns, np.arange(projection.shape[1]), projection.azimuths)
         slopes = np.interp(rows, np.arange(projection.shape[0]), projection.slopes)
         self._fit = MotionFit(azimuths, slopes, deviation=TUNING.block_deviation_px / scale)
+        self._traffic = CrossTraffic(still=TUNING.fixed_px / scale)
         self._on_road = slopes > TUNING.road_slope
         self.reset()
 
@@ -136,7 +137,8 @@ class YawMeter:
         self._newest: NDArray[np.uint8] | None = None
         self._scanline: Scanline | None = None
         self._passing = 0.0
-        self._traffic = CrossTraffic()
+        self._traffic.reset()
+        self._stood = False
         self.mounting = Mounting()
         """Direction in which a vehicle with this camera drives straight ahead."""
 
@@ -176,12 +178,14 @@ class YawMeter:
         """Return the standard deviation in radians of a yaw that is foreseen."""
         return TUNING.foreseen_tolerance_px / 2 / self._projection.px_per_rad
 
-    def update(self, frame: NDArray[np.uint8], interval: float) -> YawMeasurement | None:
+    def update(
+        self, frame: NDArray[np.uint8], interval: float, *, stood: bool = False,
+    ) -> YawMeasurement | None:
         """
         Return the yaw from the previous frame to ``frame``, (H, W), or None for the first frame.
 
         ``interval`` is the time since the previous frame in seconds, above 0; it is not used for
-        the first frame.
+        the first frame. If the vehicle ``stood`` at the previous frame, traffic is recognised.
 
         Raises
         ------
@@ -201,9 +205,8 @@ class YawMeter:
             self._key, self._rate = self._keyframe(current, FocusOfExpansion()), 0.0
             return None
         key.age += interval
+        self._stood = stood
         match = self._match_keyframe(key, previous, current, shift, interval)
-        if match is not None:
-            self._traffic.update(match.motion, match.blocks.resting, match.key.age)
         if match is None or not match.motion.holds(TUNING.confirmed_share):
             self._key = self._keyframe(current, key.travel)
             return self._by_shift(shift, self._scene_shift(shift, interval), match, interval)
@@ -261,7 +264,8 @@ class YawMeter:
             second = self._whole_shift.second_peak()
             best = _best(best, self._match_blocks(key, current, (second.dx, 0.0)))
         if (best is not None and best.motion.holds(TUNING.min_agreement)
-                and not self._traffic.explains(best.motion, best.blocks.resting, key.age)):
+                and not (self._stood and self._traffic.explains(
+                    best.motion, best.blocks.resting))):
             turned = best.motion.yaw * self._projection.px_per_rad
             self._grid.learn(best.blocks, self._must_move(best.blocks, turned))
         return best
@@ -288,20 +292,25 @@ class YawMeter:
     def _by_blocks(self, shift: Shift, match: _Match, interval: float) -> YawMeasurement:
         """Return the measurement of a pair by the motion since the keyframe, and learn from it."""
         key, motion = match.key, match.motion
+        self._traffic.update(motion, match.blocks.resting, stood=self._stood)
         pair = key.add(motion, match.blocks)
         self._rate = pair.yaw / interval
-        if not self._traffic.may_cross:
+        self._passing = motion.passing / key.age
+        if not self._is_traffic:
             # The direction of travel could diverge if few blocks agree.
             key.travel = (motion.travel if motion.certain
                           else motion.travel.limited(self._rate, self.mounting))
-        self._passing = motion.passing / key.age
-        if motion.passing > TUNING.min_passing:
+        if motion.passing > TUNING.min_passing and not self._is_traffic:
             self.mounting.add(
                 motion.travel.course, motion.travel.course_variance, interval, self._rate)
         return YawMeasurement(
             shift, pair.yaw, True, motion.agreement, pair, interval / key.age,
             common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad),
-            may_be_traffic=self._traffic.may_cross)
+            is_traffic=self._is_traffic)
+
+    @property
+    def _is_traffic(self) -> bool:
+        return self._stood and self._traffic.crosses
 
     def _scene_shift(self, shift: Shift, interval: float) -> Shift | None:
         """Return the shift of the scene; None if no shift is significant."""
@@ -332,7 +341,7 @@ class YawMeter:
             self._rate = yaw / interval
         return YawMeasurement(
             shift, yaw, False, 0.0 if match is None else match.motion.agreement,
-            may_be_traffic=self._traffic.may_cross)
+            is_traffic=self._is_traffic)
 
     def _projected(
         self, mask: NDArray[np.float32] | None,

@@ -18,7 +18,7 @@ from phase_traj_ros.io.maps.limits import check_box, check_nodes
 from phase_traj_ros.io.maps.osm_ways import OsmWay
 from phase_traj_ros.io.maps.road_classes import is_road, one_way, Roads
 
-# The nodes are counted each time that this many are read.
+# The number of nodes is checked each time that this many are read.
 _COUNTED = 1 << 16
 _OPEN: Final[dict[str, Callable[..., Any]]] = {'.gz': gzip.open, '.bz2': bz2.open}
 

@@ -16,7 +16,7 @@ from phase_traj_ros.parameters import Parameters, specs
 
 # Less is the rounding of a chain of frames, or a vehicle frame at the camera.
 _LEAST_HEIGHT_M = 0.01
-# More is no place on a vehicle.
+# Cameras are not mounted farther away.
 _FARTHEST_M = 100.0
 # Metres and degrees by which the same mount may differ.
 _ROUNDING = 1e-5
@@ -56,7 +56,7 @@ class Mount:
         """
         Return ``given`` with the values that it leaves out and that have an effect.
 
-        Angles and places that no camera for this package can have are left out.
+        Angles and positions that are impossible for a camera on a vehicle are left out.
 
         Raises
         ------

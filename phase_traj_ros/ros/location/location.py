@@ -57,7 +57,7 @@ class Location:
         Raises
         ------
         ParameterError
-            The heading is not measured, or ``map_datum`` is not a position.
+            The codes come from the shift, or ``map_datum`` is not a position.
         MapError
             The map cannot be used, see ``read_roads``.
         MissingDependencyError

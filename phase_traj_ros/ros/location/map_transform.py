@@ -18,7 +18,7 @@ _OWN = 200
 
 class MapTransform:
     """
-    Publishes the pose of the frame of the odometry in that of the map (REP 105).
+    Publishes the pose of the odometry frame in the map frame (REP 105).
 
     A frame with two parents breaks the tf tree. So it stops publishing as soon as another node
     gives the frame a parent on /tf or /tf_static.

@@ -58,7 +58,7 @@ def fix_message(
 
 def position_fix(message: NavSatFix, projection: LocalProjection) -> PositionFix | None:
     """
-    Return a NavSatFix in metres of the map; None if it has no position on its hemisphere.
+    Return a NavSatFix in metres of the map; None without a position on its hemisphere.
 
     A fix with the stamp 0 applies to the newest pair.
 

@@ -148,7 +148,8 @@ def track_before(located: Located) -> Points:
     """
     Return the track up to the first claim, by dead reckoning backwards from it, (N, 2) in metres.
 
-    It begins at the last interruption before the claim. It is empty without a claim.
+    It begins at the start, or at the last interruption before the claim. It is empty without a
+    claim.
     """
     first = located.first_claim
     if first is None:

@@ -24,7 +24,7 @@ _LONGEST, _MOST = 100.0, 200_000
 
 
 def holds_links(content: bytes) -> bool:
-    """Return whether a file begins with a line of equal links; other lines may precede it."""
+    """Return whether the first part of a file holds a line of equal links."""
     return _MESSAGE.search(_text(content[:_BEGINS], errors='replace')) is not None
 
 

@@ -7,6 +7,7 @@ from phase_traj_ros.core.rotation.cross_traffic import CrossTraffic
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 import pytest
 
+ENTERS = (0.0, 0.0, 0.7)
 LORRY = (0.03, 0.001, 0.4)
 COVERING = (0.03, 0.001, 0.02)
 SCATTERED = (0.03, 0.02, 0.4)
@@ -17,35 +18,50 @@ FREE = (0.0, 0.0, 0.9)
 
 
 def after(*motions):
-    """Return whether the last of these motions (yaw, passing, resting) may be of traffic."""
-    traffic = CrossTraffic()
+    """Return whether the last of these motions (yaw, passing, resting) is of traffic."""
+    traffic = CrossTraffic(still=0.001)
     for yaw, passing, resting in motions:
         motion = CameraMotion(
             yaw, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, passing)
-        traffic.update(motion, resting, 0.1)
-    return traffic.may_cross
+        traffic.update(motion, resting, stood=True)
+    return traffic.crosses
 
 
-@pytest.mark.parametrize(('motions', 'may_cross'), [
-    ([TURN], False), ([STRAIGHT], False), ([FREE], False),
-    # On the spot: all of the image turns.
-    ([COVERING], False),
+@pytest.mark.parametrize(('motions', 'crosses'), [
+    ([TURN], False), ([STRAIGHT], False), ([FREE], False), ([ENTERS], False),
+    # A camera that turns on the spot, and one that sees its own body at rest.
+    ([FREE, COVERING], False), ([FREE, LORRY, LORRY], False),
     # A bonnet rests in a turn, but the scene passes by.
-    ([SCATTERED], False),
-    ([LORRY], True), ([LORRY, COVERING, COVERING], True), ([LORRY, SCATTERED], True),
-    ([LORRY, COVERING_AT_REST, COVERING], True),
+    ([ENTERS, SCATTERED], False),
+    ([ENTERS, LORRY], True), ([ENTERS, LORRY, COVERING, COVERING], True),
+    ([ENTERS, LORRY, SCATTERED], True), ([ENTERS, LORRY, COVERING_AT_REST, COVERING], True),
     # A single contradiction may be wrong.
-    ([LORRY, TURN], True), ([LORRY, TURN, TURN], False), ([LORRY, TURN, COVERING, TURN], True),
-    ([LORRY, STRAIGHT, STRAIGHT], False),
+    ([ENTERS, LORRY, TURN], True), ([ENTERS, LORRY, TURN, TURN], False),
+    ([ENTERS, LORRY, TURN, COVERING, TURN], True), ([ENTERS, LORRY, STRAIGHT], False),
+    ([ENTERS, LORRY, STRAIGHT, COVERING], False),
     # It has passed.
-    ([LORRY, FREE, COVERING], False), ([LORRY, TURN, TURN, COVERING], False)])
-def test_traffic_begins_with_a_part_at_rest_and_ends_with_a_vehicle_that_drives(
-        motions, may_cross):
-    assert after(*motions) is may_cross
+    ([ENTERS, LORRY, FREE, COVERING], False), ([ENTERS, LORRY, FREE, LORRY], False),
+    ([ENTERS, LORRY, TURN, TURN, COVERING], False)])
+def test_traffic_enters_at_rest_and_ends_with_a_vehicle_that_drives(motions, crosses):
+    assert after(*motions) is crosses
     mirrored = [(-yaw, passing, resting) for yaw, passing, resting in motions]
-    assert after(*mirrored) is may_cross
+    assert after(*mirrored) is crosses
 
 
-def test_a_slow_turn_is_that_of_noise():
-    assert not after((0.004, 0.0, 0.4))
-    assert after((0.006, 0.0, 0.4))
+def test_a_reset_forgets_what_crosses():
+    traffic = CrossTraffic(still=0.001)
+    for yaw, passing, resting in (ENTERS, LORRY):
+        traffic.update(CameraMotion(
+            yaw, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, passing), resting, stood=True)
+    traffic.reset()
+    assert not traffic.crosses
+    assert not traffic.explains(CameraMotion(
+        0.03, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, 0.001), 0.4)
+
+
+def test_nothing_enters_the_view_of_a_vehicle_that_drives():
+    traffic = CrossTraffic(still=0.001)
+    for (yaw, passing, resting), stood in ((ENTERS, False), (LORRY, True)):
+        traffic.update(CameraMotion(
+            yaw, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, passing), resting, stood=stood)
+    assert not traffic.crosses

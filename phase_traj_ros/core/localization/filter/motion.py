@@ -29,7 +29,7 @@ class MotionModel:
     def advance(
         self, hypotheses: Hypotheses, stride: Stride, most: int, rng: np.random.Generator,
     ) -> Hypotheses:
-        """Return the hypotheses after a stride; about ``most`` at a time pass to a next piece."""
+        """Return the hypotheses after a stride; at most ``most`` at once pass to a next piece."""
         settings = self._settings
         share = stride.distance * self._scale.middle / 100.0
         deviation = math.hypot(
@@ -97,7 +97,7 @@ class MotionModel:
 
     def turned_back(self, hypotheses: Hypotheses, moved: complex, most: int) -> Hypotheses:
         """
-        Return the hypotheses of before a U-turn, moved to the opposite direction of their roads.
+        Return the hypotheses from before a U-turn, moved to the opposite direction of their roads.
 
         ``moved`` is the displacement during the U-turn, in the axes and the unit of the odometry.
         The trail of the result is not valid.

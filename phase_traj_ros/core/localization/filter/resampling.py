@@ -50,7 +50,7 @@ def merged(
 
 def resampled(hypotheses: Hypotheses, most: int, rng: np.random.Generator) -> Hypotheses:
     """
-    Return about ``most`` hypotheses at most: keep the heavy ones, and resample the others.
+    Return at most about ``most`` hypotheses: keep the heavy ones, and resample the others.
 
     P. Fearnhead and P. Clifford, "On-line inference for hidden Markov models via particle
     filters", 2003: the expected weights are unchanged, with the least variance of all such

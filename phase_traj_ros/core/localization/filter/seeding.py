@@ -13,7 +13,7 @@ from phase_traj_ros.core.localization.settings import LocatorSettings
 
 
 class Seeding:
-    """Creates hypotheses on a map whose trails are those of the dead reckoning."""
+    """Creates hypotheses on a map, with the trail of the dead reckoning."""
 
     def __init__(
         self, roads: RoadMap, scale: ScaleRange, settings: LocatorSettings,

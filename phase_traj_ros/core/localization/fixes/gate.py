@@ -27,8 +27,8 @@ class FixGate:
     """
     Compares each fix with the leading place or, without one, with the last fix that was used.
 
-    A rejected fix is kept. If enough successive fixes agree with it and with each other, they
-    override the estimate.
+    A fix that contradicts it is kept. If enough successive fixes do so, and each agrees with the
+    one before, they override the estimate.
     """
 
     def __init__(self, settings: LocatorSettings) -> None:
