@@ -4,7 +4,7 @@
 Lorries that cross close in front of a standing vehicle, which then turns.
 
 Writes docs/measurements/cross_traffic.md in about ten minutes. With ``code_source: heading``, no
-lorry is recognised; so its errors are those without the rule.
+lorry is recognised, so its errors are those without the rule.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ _INTRODUCTION = """
     The camera ({width}×{height} px, {hfov:.0f}°, known) drives along a rendered street at 8 m/s,
     stands for {standing:.0f} s, and leaves with a turn of 90°. While it stands, a lorry crosses:
     a textured board that covers 30 to 75 % of the height and 40 to 160 % of the width of the
-    picture, within 2 to 10 s, from either side. The sensor has noise. There are {lorries} lorries
-    by chance; the turns go to both sides. A heading is *off* if it is wrong by more than
+    picture, within 2 to 10 s, from either side. The sensor has noise. There are {lorries} random
+    lorries; half of the turns go left. A heading is *off* if it is wrong by more than
     {wrong:g}° after the lorry, or by more than 5 % after the turn. The codes of
     `code_source: heading` come from the same blocks, but do not
     [recognise traffic](../explanation/trust.md#traffic-in-front-of-a-standing-vehicle).

@@ -29,15 +29,24 @@ class CrossTraffic:
         # most of it, and whether the newest motion contradicts that.
         self._enters = self._covers = self._doubted = False
 
-    def update(self, motion: CameraMotion, resting: float, *, stood: bool) -> None:
-        """Add the motion since the keyframe, and whether the vehicle stood; see ``explains``."""
+    def update(
+        self, motion: CameraMotion, resting: float, *, moving: float, stood: bool,
+    ) -> None:
+        """
+        Add the motion since the keyframe; see ``explains``.
+
+        ``moving`` is the share of the blocks that certainly move, and ``stood`` whether the
+        vehicle did not drive before.
+        """
         if abs(motion.yaw) < self._still:
-            self.crosses, self._enters = False, stood and resting < TUNING.entering_share
+            # When a camera begins to turn, all blocks move, but hardly yet.
+            self.crosses, self._enters = False, stood and moving > TUNING.entering_share
             lasts = self._covers and motion.passing <= TUNING.min_passing
         else:
             explained = self.explains(motion, resting)
             # One contradiction may be a wrong measurement.
             lasts = self.crosses = explained or (self._covers and not self._doubted)
+            self._enters &= explained or not self._doubted
             self._doubted = not explained
         self._covers = lasts and resting < TUNING.free_share
 

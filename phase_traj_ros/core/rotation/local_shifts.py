@@ -61,12 +61,21 @@ class BlockShifts:
     weight: NDArray[np.float64]
     precision: NDArray[np.float64]
 
+    def share_within(self, distance: float) -> float:
+        """Return the share of the blocks that move by less, in pixels, by weight, 0 to 1."""
+        near = np.hypot(self.dx, self.dy) < distance
+        total = float(self.weight.sum())
+        return float(self.weight[near].sum()) / total if total > 0.0 else 0.0
+
     @property
     def resting(self) -> float:
-        """Return the share of the blocks that do not move, by weight, 0 to 1."""
-        rests = np.hypot(self.dx, self.dy) < TUNING.fixed_px
-        total = float(self.weight.sum())
-        return float(self.weight[rests].sum()) / total if total > 0.0 else 0.0
+        """Return the share of the blocks that do not move, 0 to 1."""
+        return self.share_within(TUNING.fixed_px)
+
+    @property
+    def moving(self) -> float:
+        """Return the share of the blocks that certainly move, 0 to 1."""
+        return 1.0 - self.share_within(TUNING.moving_px)
 
 
 class BlockGrid:

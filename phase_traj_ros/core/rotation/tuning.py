@@ -60,8 +60,8 @@ class YawTuning:
     turning_passing: float = 0.25
     """...and the median of the translation divided by the distance of the blocks is less than this
     share of the yaw: in a turn of 6 m radius, half of the scene would be beyond 24 m."""
-    entering_share: float = 0.8
-    """Before, it has entered the image: less than this share of the blocks rested, ..."""
+    entering_share: float = 0.2
+    """Before, it has entered the image: more than this share of the blocks moved, ..."""
     free_share: float = 0.5
     """...and it has passed when this share of them rests again."""
     road_slope: float = 0.1

@@ -292,7 +292,8 @@ class YawMeter:
     def _by_blocks(self, shift: Shift, match: _Match, interval: float) -> YawMeasurement:
         """Return the measurement of a pair by the motion since the keyframe, and learn from it."""
         key, motion = match.key, match.motion
-        self._traffic.update(motion, match.blocks.resting, stood=self._stood)
+        self._traffic.update(
+            motion, match.blocks.resting, moving=match.blocks.moving, stood=self._stood)
         pair = key.add(motion, match.blocks)
         self._rate = pair.yaw / interval
         self._passing = motion.passing / key.age

@@ -17,13 +17,19 @@ COVERING_AT_REST = (0.0, 0.002, 0.3)
 FREE = (0.0, 0.0, 0.9)
 
 
+def add(traffic, values, *, moving=None, stood=True):
+    """Add a motion (yaw, passing, resting)."""
+    yaw, passing, resting = values
+    traffic.update(
+        CameraMotion(yaw, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, passing), resting,
+        moving=1.0 - resting if moving is None else moving, stood=stood)
+
+
 def after(*motions):
     """Return whether the last of these motions (yaw, passing, resting) is of traffic."""
     traffic = CrossTraffic(still=0.001)
-    for yaw, passing, resting in motions:
-        motion = CameraMotion(
-            yaw, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, passing)
-        traffic.update(motion, resting, stood=True)
+    for values in motions:
+        add(traffic, values)
     return traffic.crosses
 
 
@@ -31,6 +37,8 @@ def after(*motions):
     ([TURN], False), ([STRAIGHT], False), ([FREE], False), ([ENTERS], False),
     # A camera that turns on the spot, and one that sees its own body at rest.
     ([FREE, COVERING], False), ([FREE, LORRY, LORRY], False),
+    # What has entered before a turn of the vehicle says nothing after it.
+    ([ENTERS, TURN, TURN, LORRY], False),
     # A bonnet rests in a turn, but the scene passes by.
     ([ENTERS, SCATTERED], False),
     ([ENTERS, LORRY], True), ([ENTERS, LORRY, COVERING, COVERING], True),
@@ -50,18 +58,23 @@ def test_traffic_enters_at_rest_and_ends_with_a_vehicle_that_drives(motions, cro
 
 def test_a_reset_forgets_what_crosses():
     traffic = CrossTraffic(still=0.001)
-    for yaw, passing, resting in (ENTERS, LORRY):
-        traffic.update(CameraMotion(
-            yaw, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, passing), resting, stood=True)
+    add(traffic, ENTERS)
+    add(traffic, LORRY)
     traffic.reset()
     assert not traffic.crosses
-    assert not traffic.explains(CameraMotion(
-        0.03, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, 0.001), 0.4)
+    add(traffic, LORRY)
+    assert not traffic.crosses
 
 
 def test_nothing_enters_the_view_of_a_vehicle_that_drives():
     traffic = CrossTraffic(still=0.001)
-    for (yaw, passing, resting), stood in ((ENTERS, False), (LORRY, True)):
-        traffic.update(CameraMotion(
-            yaw, 0.0, 0.0, FocusOfExpansion(), 50.0, 0.8, 1e-6, passing), resting, stood=stood)
+    add(traffic, ENTERS, stood=False)
+    add(traffic, LORRY)
+    assert not traffic.crosses
+
+
+def test_a_camera_that_begins_to_turn_slowly_is_not_what_enters():
+    traffic = CrossTraffic(still=0.001)
+    add(traffic, ENTERS, moving=0.0)
+    add(traffic, LORRY)
     assert not traffic.crosses
