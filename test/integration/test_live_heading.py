@@ -19,6 +19,7 @@ from geometry_msgs.msg import (
     Vector3,
     Vector3Stamped,
 )
+from half_size import half_demo
 from live import image, LATCHED, LOSSLESS
 from nav_msgs.msg import Odometry, Path
 import numpy as np
@@ -31,7 +32,7 @@ from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.outputs.messages import MESSAGES
-from phase_traj_ros.synthetic import named_drive, render_drive
+from phase_traj_ros.synthetic import render_drive
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo
@@ -42,7 +43,7 @@ from std_srvs.srv import Trigger
 @pytest.fixture(scope='module')
 def drive():
     """Return the demo's drive up to the end of its second turn, and its frames."""
-    drive = named_drive('demo').take(range(135))
+    drive = half_demo(135)
     return drive, list(render_drive(drive))
 
 
