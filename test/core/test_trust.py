@@ -5,6 +5,7 @@
 from collections import Counter
 
 import cv2
+from kitti import grey_pictures
 import motorway
 import numpy as np
 import overlays
@@ -305,8 +306,7 @@ def test_the_hint_is_about_the_paper_s_rule(drive):
 
 @pytest.mark.parametrize(('name', 'every'), [('00', 1), ('00', 3), ('06', 1)])
 def test_real_driving_is_reliable(kitti_root, name, every):
-    files = sorted((kitti_root / name / 'image_0').glob('*.png'))[::every]
-    frames = [cv2.imread(str(file), cv2.IMREAD_GRAYSCALE) for file in files]
+    frames = grey_pictures(kitti_root / name)[::every]
     estimator, updates, _ = followed(
         frames, lens=Lens(focal_px=718.856), period_ns=every * TENTH)
     assert estimator.reliability.reliable and estimator.left_out is None

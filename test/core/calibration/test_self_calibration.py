@@ -7,6 +7,7 @@ from functools import lru_cache
 import math
 
 import cv2
+from kitti import grey_pictures
 import numpy as np
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator
@@ -191,10 +192,9 @@ def test_many_turns_are_not_all_looked_at():
     (np.s_[:, :620], 298, 0.12), (np.s_[:, 621:], -324, 0.12)],
     ids=['whole', 'mirrored', 'upper half', 'left half', 'right half'])
 def test_a_real_turn_tells_the_focal_length(kitti_root, cut, column, tolerance):
-    files = sorted((kitti_root / '00' / 'image_0').glob('*.png'))[85:155]
     correlator, calibration = PhaseCorrelator(), SelfCalibration()
-    for file in files:
-        frame = np.ascontiguousarray(cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)[cut])
+    for picture in grey_pictures(kitti_root / '00')[85:155]:
+        frame = np.ascontiguousarray(picture[cut])
         shift = correlator.update(frame)
         calibration.update(frame, 0.0 if shift is None else shift.dx, 0.1)
     calibration.finish()
