@@ -67,7 +67,7 @@ def road():
     """Return a drive with one bend, and its scene."""
     drive = plan_drive(
         '', [Straight(8), Turn(-30, 3), Straight(8)], rate_hz=10.0, speed=9.0, seed=5,
-        camera=Camera.with_field_of_view(640, 240, 85))
+        camera=Camera.with_field_of_view(480, 180, 85))
     return drive, drive.build_scene()
 
 
@@ -78,7 +78,7 @@ def test_a_camera_that_points_aside_does_not_turn_a_straight_road(road, aside_de
     poses[:, 2] += math.radians(aside_deg)
     estimator = TrajectoryEstimator(EstimatorSettings(
         code_source=CodeSource.HEADING, lens=Lens(camera=CameraModel(
-            width=640, height=240, fx=camera.focal, fy=camera.focal, cx=camera.cx,
+            width=480, height=180, fx=camera.focal, fy=camera.focal, cx=camera.cx,
             cy=camera.cy))))
     for index, frame in enumerate(render_drive(replace(drive, poses=poses), scene=scene)):
         update = estimator.update(frame, drive.stamps_ns[index])
