@@ -3,7 +3,7 @@
 """The camera from rendered drives."""
 
 from dataclasses import asdict, replace
-from functools import lru_cache
+from functools import cache
 import math
 
 import cv2
@@ -21,7 +21,7 @@ PINHOLE_SHAPE = (160, 320)
 FISHEYE = Camera.with_field_of_view(320, 200, 110.0, fisheye=EQUIDISTANT)
 
 
-@lru_cache(maxsize=4)
+@cache
 def drive_of(camera, *, angle_deg=75.0, pitch_deg=0.0):
     """Return frames of one turn, and how far the picture moves before each."""
     drive = plan_drive(
