@@ -7,7 +7,6 @@ import math
 
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.heading.tuning import TUNING as HEADING
 from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.road.camera_height import CameraHeight
@@ -82,7 +81,7 @@ class DistanceMeter:
         given = self._given_distance(status, stamp_ns, interval_ns)
         if given is not None:
             self.heights_per_second = abs(given) / (
-                interval * (self._height.metres or HEADING.camera_height))
+                interval * (self._height.metres or TUNING.usual_height))
             if (given > 0.0 and on_road is not None and on_road.state is TravelState.MEASURED
                     and on_road.distance > TUNING.min_calibration_speed * interval):
                 self._height.add(given, on_road.distance, interval)
