@@ -24,8 +24,9 @@ unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-noble noble-environment lint colcon dist bench bench-system robustness any-camera distance frame-rate cross-traffic mutants locate film docs \
-	docs-links version release pins clean
+.PHONY: help demo test test-noble noble-environment lint colcon dist bench bench-system robustness \
+	any-camera distance frame-rate cross-traffic mutants locate film docs docs-links version release \
+	pins clean
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1 /p' $(MAKEFILE_LIST) \

@@ -70,7 +70,7 @@ class Follower:
         number = len(self._headings)
         stamps = self._ride.stamps_ns
         interval = (stamps[number] - stamps[number - 1]) / 1e9 if number else 0.1
-        measured = self._estimator.measure(frame, interval)
+        measured = self._estimator.camera.measure(frame, interval)
         if not number:
             self._estimator.start(stamps[0])
             self._headings.append(0.0)

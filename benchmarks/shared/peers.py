@@ -60,7 +60,7 @@ class Heading:
 
     def update(self, frame: np.ndarray) -> float | None:
         """Return the yaw in pixels; what was not measured is bridged."""
-        measured = self._estimator.measure(frame, _PERIOD_S)
+        measured = self._estimator.camera.measure(frame, _PERIOD_S)
         stamp_ns = round(self._frames * _PERIOD_S * 1e9)
         self._frames += 1
         if self._frames == 1:

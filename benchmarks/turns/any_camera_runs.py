@@ -214,7 +214,7 @@ class _Estimates(Watcher):
 
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         heading = estimator.heading
-        learned = None if heading is None else heading.learned
+        learned = None if heading is None else heading.camera.learned
         if learned is not None and (not self._learned or learned != self._learned[-1][1]):
             self._learned.append((frame.stamp_ns, learned))
 

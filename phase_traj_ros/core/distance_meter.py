@@ -7,8 +7,7 @@ import math
 
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.heading.tuning import TUNING as HEADING
-from phase_traj_ros.core.heading.visual_compass import VisualCompass
+from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.road.camera_height import CameraHeight
 from phase_traj_ros.core.road.meter import RoadMeter
@@ -31,7 +30,7 @@ class DistanceMeter:
         self.heights_per_second: float | None = None
         """Newest speed in heights of the camera per second, 0 or more; None if it is unknown."""
         self._meter: RoadMeter | None = None
-        self._camera: tuple[Lens, tuple[int, ...], bool] | None = None
+        self._form: tuple[Lens, tuple[int, ...], bool] | None = None
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Continue with other settings; speeds and height are kept."""
@@ -43,26 +42,25 @@ class DistanceMeter:
         if self._meter is not None:
             self._meter.forget()
 
-    def start(self, frame: Frame, heading: VisualCompass | None) -> None:
+    def start(self, frame: Frame, camera: YawCamera | None) -> None:
         """Add a frame that is the first of a pair."""
-        if heading is not None and self._measures_road:
-            self._update_camera(frame, heading)
+        if camera is not None and self._measures_road:
+            self._update_camera(frame, camera)
             if self._meter is not None:
                 self._meter.start(frame)
 
     def update(
-        self, frame: Frame, heading: VisualCompass | None, measured: YawMeasurement | None,
+        self, frame: Frame, camera: YawCamera | None, measured: YawMeasurement | None,
         status: PairStatus, stamp_ns: int, interval_ns: int, *, interval_deviation: float = 0.0,
     ) -> Travel | None:
         """
         Add the next frame, (H, W), and return the distance of its pair; None if it has none.
 
-        The frame must not change afterwards. Without the visual compass, ``heading``, no distance
-        is measured; ``measured`` is None if the frames cannot be compared.
-        ``interval_ns`` is the time since the previous frame, ``interval_deviation`` its standard
-        deviation in seconds.
+        The frame must not change afterwards. Without a camera, no distance is measured;
+        ``measured`` is None if the frames cannot be compared. ``interval_ns`` is the time since
+        the previous frame, ``interval_deviation`` its standard deviation in seconds.
         """
-        if heading is None or not self._settings.measures_distance:
+        if camera is None or not self._settings.measures_distance:
             return None
         interval = interval_ns * 1e-9
         on_road = None
@@ -73,17 +71,17 @@ class DistanceMeter:
                 interval_deviation=interval_deviation)
             if on_road.state is TravelState.UNKNOWN and not status.judged:
                 on_road = replace(on_road, distance=0.0)
-            on_road = on_road.scaled(1.0, heading.lens.focal_deviation)
+            on_road = on_road.scaled(1.0, camera.lens.focal_deviation)
         self.heights_per_second = (
             abs(on_road.distance) / interval if on_road is not None and on_road.known else None)
-        if self._measures_road and self._update_camera(frame, heading) and self._meter is not None:
+        if self._measures_road and self._update_camera(frame, camera) and self._meter is not None:
             self._meter.start(frame)
         if not self._settings.metric:
             return on_road
         given = self._given_distance(status, stamp_ns, interval_ns)
         if given is not None:
             self.heights_per_second = abs(given) / (
-                interval * (self._height.metres or HEADING.camera_height))
+                interval * (self._height.metres or TUNING.usual_height))
             if (given > 0.0 and on_road is not None and on_road.state is TravelState.MEASURED
                     and on_road.distance > TUNING.min_calibration_speed * interval):
                 self._height.add(given, on_road.distance, interval)
@@ -116,21 +114,21 @@ class DistanceMeter:
             return None
         return 0.0 if status is PairStatus.STILL else self._settings.speed * interval_ns * 1e-9
 
-    def _update_camera(self, frame: Frame, heading: VisualCompass) -> bool:
+    def _update_camera(self, frame: Frame, camera: YawCamera) -> bool:
         """Use the current camera and mask; return whether the camera has changed."""
-        camera = (heading.lens, frame.shape, self._settings.view.rotate_180)
-        if camera == self._camera and self._meter is not None:
-            self._meter.use_mask(heading.pixel_weights)
+        lens = camera.lens
+        form = (lens, frame.shape, self._settings.view.rotate_180)
+        if form == self._form and self._meter is not None:
+            self._meter.use_mask(camera.pixel_weights)
             return False
         speeds = None if self._meter is None else self._meter.speed_filter
         if speeds is not None:
             speeds.deviation += TUNING.lens_change_error * abs(speeds.speed)
-        self._camera = camera
-        lens = heading.lens
+        self._form = form
         horizon, given = lens.horizon, math.radians(self._settings.camera_pitch_deg)
         self._meter = RoadMeter(
-            heading.model, replace(horizon, pitch=given) if given else horizon,
+            camera.model, replace(horizon, pitch=given) if given else horizon,
             pitch_known=lens.pitch_known or given != 0.0,
-            rotate_180=self._settings.view.rotate_180, mask=heading.pixel_weights,
+            rotate_180=self._settings.view.rotate_180, mask=camera.pixel_weights,
             speed_filter=speeds, keyframes=self._settings.keyframes)
         return True

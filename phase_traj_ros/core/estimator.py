@@ -159,8 +159,9 @@ class TrajectoryEstimator:
 
         If the codes come from the heading, it is the map on the cylinder.
         """
-        if self._settings.by_heading and self.heading is not None:
-            return self.heading.correlation_map()
+        camera = self._integration.camera
+        if self._settings.by_heading and camera is not None:
+            return camera.correlation_map()
         return self._meter.correlation_map()
 
     def use_lens(self, lens: Lens) -> None:
@@ -176,7 +177,7 @@ class TrajectoryEstimator:
 
         """
         if self.heading is not None:
-            if lens != self.heading.lens:
+            if lens != self.heading.camera.lens:
                 self._integration.stop_foreseeing()
                 self._repeats.forget()
             self.heading.use_lens(lens)
@@ -238,15 +239,15 @@ class TrajectoryEstimator:
             self._judge = Judge(settings.code_source)
             self._exclude_areas()
             self.reset()
-        if self.heading is not None:
-            self.heading.set_upside_down(settings.view.rotate_180)
+        if self._integration.camera is not None:
+            self._integration.camera.set_upside_down(settings.view.rotate_180)
 
     def reset(self) -> None:
         """Restart with the next frame: no codes, no path, direction forward."""
         self._meter.reset()
         self._repeats.forget()
-        if self.heading is not None:
-            self.heading.forget_frame()
+        if self._integration.camera is not None:
+            self._integration.camera.forget_frame()
         self._judge.reset()
         self._integration.reset()
         self._last_stamp_ns = None
@@ -301,7 +302,7 @@ class TrajectoryEstimator:
         if not self._is_foreseen(frame, picture, waited_ns, interval_ns, encoding):
             pair = self._meter.compare(
                 frame, picture, waited_ns * 1e-9, interval_ns * 1e-9, encoding=encoding,
-                heading=self.heading,
+                camera=self._integration.camera,
                 stood=self._integration.distance_meter.heights_per_second == 0.0)
         self.correlate_ns = time.perf_counter_ns() - began
         self._repeats.keep(picture if frame.dtype == np.uint8 else frame.copy(), encoding=encoding)
@@ -335,12 +336,13 @@ class TrajectoryEstimator:
         encoding: str,
     ) -> bool:
         """Return whether a frame needs no measurement, as the motion continues."""
+        camera = self._integration.camera
         # A video that repeats some of its pictures has the stamps of another clock.
         return (self._integration.can_foresee((waited_ns + interval_ns) * 1e-9)
-                and self._settings.by_heading and self.heading is not None
+                and self._settings.by_heading and camera is not None
                 and self._repeats.deviation_ns == 0.0
                 and self._meter.can_compare(frame, interval_ns * 1e-9, encoding)
-                and self.heading.foresees(picture, waited_ns * 1e-9, interval_ns * 1e-9))
+                and camera.foresees(picture, waited_ns * 1e-9, interval_ns * 1e-9))
 
     def _switches_rule(self, settings: EstimatorSettings) -> bool:
         """Return whether settings change from the turns to the rule of the paper, or back."""
@@ -358,5 +360,5 @@ class TrajectoryEstimator:
     def _exclude_areas(self) -> None:
         """Measure without the areas that are fixed to the camera, from the next pair on."""
         self._meter.exclude(self._judge.excluded)
-        if self.heading is not None:
-            self.heading.exclude(self._judge.excluded)
+        if self._integration.camera is not None:
+            self._integration.camera.exclude(self._judge.excluded)

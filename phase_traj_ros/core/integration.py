@@ -12,6 +12,7 @@ from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.distance_meter import DistanceMeter
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.heading.visual_compass import HeadingUpdate, VisualCompass
+from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.judge import Verdict
 from phase_traj_ros.core.measuring import Comparison
 from phase_traj_ros.core.path.trajectory import Corner
@@ -52,6 +53,11 @@ class Integration:
         self._measured_frame = 0
         self._trusted: Update | None = None
         self._foreseen: Update | None = None
+
+    @property
+    def camera(self) -> YawCamera | None:
+        """Return the camera that measures the yaw; None if no lens is known."""
+        return None if self.heading is None else self.heading.camera
 
     @property
     def reliability(self) -> Reliability:
@@ -101,7 +107,7 @@ class Integration:
         self.route.start(stamp_ns)
         if self.heading is not None:
             self.heading.start(stamp_ns)
-        self.distance_meter.start(picture, self.heading)
+        self.distance_meter.start(picture, self.camera)
 
     def begin_scene(self) -> None:
         """Separate the pair that is added next from those before a cut in the video."""
@@ -131,7 +137,7 @@ class Integration:
         turned = None if heading is None else heading.step
         # The road shows whether the vehicle moves, even if the rest of the image does not.
         travel = self.distance_meter.update(
-            picture, self.heading, pair.yaw, status, stamp_ns, interval_ns,
+            picture, self.camera, pair.yaw, status, stamp_ns, interval_ns,
             interval_deviation=interval_deviation)
         odometry, links = self.route.add(
             step, turned, travel, stamp_ns, interval_ns, interval_deviation=interval_deviation)
@@ -203,7 +209,7 @@ class Integration:
     def _angles_known(self) -> bool:
         """Return whether the camera is known well enough for the turns so far."""
         heading = self.heading
-        if heading is None or heading.camera is None or heading.camera.settled:
+        if heading is None or heading.camera.in_use is None or heading.camera.in_use.settled:
             return True
         return not (self._has_turns or heading.bends_may_be_turns)
 
@@ -215,10 +221,10 @@ class Integration:
 
     def _camera_change(self) -> CameraInUse | None:
         """Return the camera if it has changed since the last report."""
-        if self.heading is None or self.heading.lens is self._reported_lens:
+        if self.camera is None or self.camera.lens is self._reported_lens:
             return None
-        self._reported_lens = self.heading.lens
-        return self.heading.camera
+        self._reported_lens = self.camera.lens
+        return self.camera.in_use
 
     def _shift(self, pair: Comparison, heading: HeadingUpdate | None) -> Shift | None:
         """Return the shift to report, in pixels of the full frame."""

@@ -102,7 +102,7 @@ class Judge:
         Its yaw has to follow from the ``heading`` so far, None if that is not measured.
         ``interval`` is the time between the two frames in seconds.
         """
-        shift = None if heading is None else heading.shift_of(pair.yaw)
+        shift = None if heading is None else heading.camera.shift_of(pair.yaw)
         if pair.cut:
             self._areas.interrupt()
         traffic = pair.yaw is not None and pair.yaw.is_traffic

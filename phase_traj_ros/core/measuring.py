@@ -15,7 +15,7 @@ from phase_traj_ros.core.correlation.phase_correlation import (
 )
 from phase_traj_ros.core.correlation.quality import GateSettings, PairQuality, Quality
 from phase_traj_ros.core.heading.cuts import CutDetector
-from phase_traj_ros.core.heading.visual_compass import VisualCompass
+from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import EstimatorSettings
 
@@ -107,7 +107,7 @@ class PairMeter:
 
     def compare(
         self, frame: Frame, picture: NDArray[np.uint8], waited: float, interval: float, *,
-        encoding: str, heading: VisualCompass | None, stood: bool = False,
+        encoding: str, camera: YawCamera | None, stood: bool = False,
     ) -> Comparison:
         """
         Compare a frame with the newest one that was compared, ``waited`` seconds earlier.
@@ -129,7 +129,7 @@ class PairMeter:
             check_frame(view)
             if self._view_mask is not None:
                 check_size(view, self._view_mask)
-        yaw = None if heading is None else heading.measure(
+        yaw = None if camera is None else camera.measure(
             picture, waited, stood=stood and self._settings.guards)
         shift = None if self._settings.by_heading else self._correlator.update(view)
         self._quality.update(view)

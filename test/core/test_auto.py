@@ -58,7 +58,7 @@ def test_nothing_known_and_the_turns_are_right():
     # What it takes the camera for is told with the first pair, and again when it has learned.
     assert told(updates[:1]) == [LensOrigin.ASSUMED]
     assert set(told(updates[1:])) == {LensOrigin.DRIVE}
-    assert estimator.heading.camera.focal_px == pytest.approx(WIDE.fx, rel=0.1)
+    assert estimator.heading.camera.in_use.focal_px == pytest.approx(WIDE.fx, rel=0.1)
     assert not estimator.settings.awaits_lens
 
 
@@ -67,7 +67,7 @@ def test_a_known_camera_is_taken_as_it_is():
     updates = feed(estimator, pictures())
     assert changes(estimator) == [2, 0]
     assert told(updates) == [LensOrigin.CALIBRATION]
-    assert estimator.heading.learned is None
+    assert estimator.heading.camera.learned is None
 
 
 @pytest.mark.parametrize('late', [5, 30, 40])
@@ -76,7 +76,7 @@ def test_a_calibration_that_comes_late_corrects_the_heading_once(late):
     updates = feed(estimator, pictures()[:late])
     before = updates[-1].heading.heading
     calibrated = Lens(camera=WIDE)
-    guessed = estimator.heading.lens
+    guessed = estimator.heading.camera.lens
     for _ in range(3):
         estimator.use_lens(calibrated)
     after = feed(estimator, pictures()[late:], start=late)
@@ -93,16 +93,16 @@ def test_a_calibration_that_comes_late_corrects_the_heading_once(late):
     assert np.diff(headings) == pytest.approx(yaws[1:])
     assert math.degrees(headings[-1]) == pytest.approx(0.0, abs=6.0 + abs(YAWS[late]))
     assert changes(estimator) == [2, 0]
-    assert estimator.heading.learned is None
+    assert estimator.heading.camera.learned is None
 
 
 def test_a_reset_and_a_loop_keep_the_camera_that_was_learned():
     estimator = TrajectoryEstimator(AUTO)
     feed(estimator, pictures())
-    learned = estimator.heading.lens
+    learned = estimator.heading.camera.lens
     assert learned.origin is LensOrigin.DRIVE
     estimator.reset()
-    assert estimator.heading.lens is learned
+    assert estimator.heading.camera.lens is learned
     updates = feed(estimator, pictures(), start=1000)
     assert updates[0].camera is None
     estimator.reset()
@@ -183,9 +183,9 @@ def test_a_bag_in_a_loop_is_the_evidence_of_one():
     for _ in range(3):
         looped.reset()
         feed(looped, pictures())
-    assert looped.heading.learned.turns == once.heading.learned.turns
-    assert looped.heading.learned.focal_deviation == pytest.approx(
-        once.heading.learned.focal_deviation, rel=0.02)
+    assert looped.heading.camera.learned.turns == once.heading.camera.learned.turns
+    assert looped.heading.camera.learned.focal_deviation == pytest.approx(
+        once.heading.camera.learned.focal_deviation, rel=0.02)
     # What comes after it is evidence again.
     feed(looped, pictures(), start=1000)
-    assert looped.heading.learned.turns > once.heading.learned.turns
+    assert looped.heading.camera.learned.turns > once.heading.camera.learned.turns

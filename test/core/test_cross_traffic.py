@@ -67,7 +67,7 @@ def test_a_lorry_that_crosses_close_in_front_is_not_a_turn(drive, width, height,
     standing = heading[HALT + 5:]
     assert max(standing) - min(standing) < 4.0
     assert not estimator.turns and not estimator.heading.finish()
-    assert estimator.heading.learned is None
+    assert estimator.heading.camera.learned is None
 
 
 def test_the_heading_goes_on_with_the_turn_after_the_lorry(drive):

@@ -19,7 +19,7 @@ from phase_traj_ros.core import (
     TravelState,
 )
 from phase_traj_ros.core.distance_meter import DistanceMeter
-from phase_traj_ros.core.heading.visual_compass import VisualCompass
+from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.travel import Travel
 from phase_traj_ros.io.sources.folder import FolderSource
@@ -344,9 +344,9 @@ def test_a_fast_road_is_measured_while_it_is_in_view():
     meter = DistanceMeter(settings(camera_height=1.5))
     assert meter.reaches(1.0)
     frames, _, model, _ = street()
-    heading = VisualCompass(Lens(camera=model))
-    heading.measure(frames[0], 0.1)
-    meter.start(frames[0], heading)
+    camera = YawCamera(Lens(camera=model))
+    camera.measure(frames[0], 0.1)
+    meter.start(frames[0], camera)
     assert meter.reaches(1.0)
     meter.heights_per_second = 20.0
     assert meter.reaches(0.04) and not meter.reaches(0.08)

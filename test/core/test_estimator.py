@@ -185,7 +185,7 @@ def test_a_calibration_may_come_after_the_change_to_the_papers_rule():
     estimator.reconfigure(replace(settings, code_source=CodeSource.SHIFT))
     lens = Lens(hfov_deg=80.0)
     estimator.use_lens(lens)
-    assert estimator.heading.lens == lens
+    assert estimator.heading.camera.lens == lens
 
 
 def test_a_reset_starts_the_test_of_stillness_anew():

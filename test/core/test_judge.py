@@ -52,9 +52,8 @@ class Following:
     def __init__(self, plausible=True, rate=0.0):
         self._plausible = plausible
         self.tracker = SimpleNamespace(rate=rate)
-
-    def shift_of(self, measured):
-        return None if measured is None else measured.shift
+        self.camera = SimpleNamespace(
+            shift_of=lambda measured: None if measured is None else measured.shift)
 
     def admits(self, measured, interval):
         return self._plausible and measured is not None and measured.yaw is not None

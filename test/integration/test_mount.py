@@ -122,10 +122,10 @@ def test_a_calibrated_camera_is_tilted_as_it_is_mounted(made, capfd):
     work = node._work
     work._on_camera(CameraModel.pinhole((96, 160), 120.0))
     show(node, 2)
-    lens = work._estimator.heading.lens
+    lens = work._estimator.heading.camera.lens
     assert lens.camera is not None and lens.tilt == pytest.approx(math.cos(math.radians(25.0)))
     work._on_camera(CameraModel.pinhole((96, 160), 140.0))
-    assert work._estimator.heading.lens.tilt == lens.tilt
+    assert work._estimator.heading.camera.lens.tilt == lens.tilt
     assert 'looks' not in capfd.readouterr().err
 
 

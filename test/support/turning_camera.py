@@ -33,7 +33,7 @@ def follow(estimator, frames):
     """Return the heading in degrees after each of the frames."""
     headings = []
     for index, frame in enumerate(frames):
-        measured = estimator.measure(frame, 0.1)
+        measured = estimator.camera.measure(frame, 0.1)
         if index:
             estimator.add(measured, index * TENTH, 0.1)
         else:

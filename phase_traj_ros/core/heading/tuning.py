@@ -61,8 +61,6 @@ class HeadingTuning:
     """Heights per second if the distance is unknown: a car at 30 km/h..."""
     min_speed: float = 0.02
     """...and at least, as a turn ends some time after a stop."""
-    camera_height: float = 1.6
-    """Height of a camera in metres, to convert metres to camera heights if it is unknown."""
     kept_bends: int = 20
     """Bends that are kept, in case all headings are corrected by a factor later."""
     contradiction_deviations: float = 2.0

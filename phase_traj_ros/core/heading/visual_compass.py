@@ -32,7 +32,7 @@ class HeadingUpdate:
     """Whether the direction that the quarter turns give contradicts the heading."""
 
 
-class VisualCompass(YawCamera):
+class VisualCompass:
     """Measures the yaw of each pair, integrates it to the heading, and detects turns."""
 
     def __init__(
@@ -40,8 +40,9 @@ class VisualCompass(YawCamera):
         learning: SelfCalibration | None = None, keyframes: bool = True,
     ) -> None:
         """Make a compass; the parameters are those of ``YawCamera``."""
-        super().__init__(
+        self.camera = YawCamera(
             lens, rotate_180=rotate_180, mask=mask, learning=learning, keyframes=keyframes)
+        """Camera, which measures the yaw."""
         self.tracker = HeadingTracker()
         """Tracker, which integrates the yaw."""
         self.tracker.scale_deviation = lens.focal_deviation
@@ -51,8 +52,16 @@ class VisualCompass(YawCamera):
     @property
     def bends_may_be_turns(self) -> bool:
         """Return whether a bend so far may be a turn, given the uncertainty of the camera."""
-        camera = self.camera
+        camera = self.camera.in_use
         return camera is not None and self._turns.widest_deg * camera.most_angle >= TUNING.turn_deg
+
+    def use_lens(self, lens: Lens) -> None:
+        """
+        Continue with another lens; the heading is corrected if the previous one was a guess.
+
+        The next frame becomes the first of a pair. An equal lens has no effect.
+        """
+        self._correct(self.camera.use_lens(lens))
 
     def cut(self) -> None:
         """
@@ -62,8 +71,7 @@ class VisualCompass(YawCamera):
         """
         self.tracker.cut()
         self._turns.cut()
-        if self._learning is not None:
-            self._learning.cut()
+        self.camera.cut()
 
     def restart(self) -> None:
         """Restart at heading 0 with the newest frame; a learned camera is kept."""
@@ -72,27 +80,25 @@ class VisualCompass(YawCamera):
 
     def finish(self) -> list[Turn]:
         """Return the turn in progress at the end, if it has reached the minimum angle."""
-        if self._learning is not None:
-            self._learning.finish()
+        self.camera.finish()
         return self._turns.finish()
 
     def foresee(self, waited: float) -> HeadingUpdate:
         """Return the update of a frame that is foreseen, ``waited`` seconds after the newest."""
-        assert self._meter is not None
-        step = self.tracker.foresee(waited, self._meter.foreseen_deviation)
+        step = self.tracker.foresee(waited, self.camera.foreseen_deviation)
         return HeadingUpdate(step, Shift(
-            self._focal[0] * limited_tan(step.yaw * self.lens.tilt), 0.0, self._response))
+            self.camera.focal_px * limited_tan(step.yaw * self.camera.lens.tilt), 0.0,
+            self._response))
 
     def admits(self, measurement: YawMeasurement | None, interval: float) -> bool:
         """Return whether ``add`` would accept the yaw of a measurement; False without a yaw."""
         return measurement is not None and measurement.yaw is not None and self.tracker.admits(
-            measurement.yaw / self.lens.tilt, interval, certain=measurement.certain)
+            measurement.yaw / self.camera.lens.tilt, interval, certain=measurement.certain)
 
     def start(self, stamp_ns: int) -> None:
         """Record the stamp of the first frame."""
         self._turns.update(stamp_ns, 0.0)
-        if self._learning is not None:
-            self._learning.add_stamp(stamp_ns)
+        self._correct(self.camera.learn(stamp_ns))
 
     def add(
         self, measurement: YawMeasurement | None, stamp_ns: int, interval: float, *,
@@ -109,28 +115,25 @@ class VisualCompass(YawCamera):
         else:
             yaw, self._response = measurement.yaw, measurement.shift.response
             step = self.tracker.update(
-                None if yaw is None else yaw / self.lens.tilt, interval,
+                None if yaw is None else yaw / self.camera.lens.tilt, interval,
                 certain=measurement.certain, variance=measurement.variance,
                 share=measurement.share)
         turns = self._turns.update(stamp_ns, step.heading, distance, frames=frames)
         update = HeadingUpdate(
-            step, self.shift_of(measurement), tuple(turns), self._turns.quarters,
+            step, self.camera.shift_of(measurement), tuple(turns), self._turns.quarters,
             self._contradicts(step.heading))
-        self._learn(stamp_ns)
+        self._correct(self.camera.learn(stamp_ns))
         return update
 
     def _contradicts(self, heading: float) -> bool:
         """Return whether the direction and the heading differ by more than their errors."""
-        own = math.hypot(self.lens.focal_deviation * heading, self.tracker.deviation)
+        own = math.hypot(self.camera.lens.focal_deviation * heading, self.tracker.deviation)
         return math.radians(self._turns.direction_error_deg) > max(
             math.radians(TUNING.turn_deg), TUNING.contradiction_deviations * own)
 
-    def _set_lens(self, lens: Lens) -> None:
-        """Use another lens; correct all angles that were measured with a guess."""
-        if self._learning is not None and self._shape:
-            before, width = self.lens, self._shape[1]
-            factor = before.focal_for(width) / lens.focal_for(width) * before.tilt / lens.tilt
+    def _correct(self, factor: float | None) -> None:
+        """Correct all angles so far by a factor, as the lens has changed; None if it has not."""
+        if factor is not None:
             self.tracker.scale(factor)
             self._turns.scale(factor)
-        super()._set_lens(lens)
-        self.tracker.scale_deviation = lens.focal_deviation
+            self.tracker.scale_deviation = self.camera.lens.focal_deviation

@@ -43,15 +43,14 @@ class YawCamera:
         mask
             Weight of each pixel of the frames, (H, W), 0 to 1.
         learning
-            Self-calibration, if ``lens`` is a guess. The camera that it finds replaces ``lens``,
-            and the heading so far is corrected.
+            Self-calibration, if ``lens`` is a guess. The camera that it finds replaces ``lens``.
         keyframes
             Whether a frame may be compared with an earlier one than its predecessor.
 
         """
         self._keyframes = keyframes
         self.lens = lens
-        """Lens in use; ``use_lens`` changes it."""
+        """Lens in use."""
         self._learning = learning
         self._learned = False
         # The newest frame, for a new meter.
@@ -82,7 +81,7 @@ class YawCamera:
         return self._focal[0]
 
     @property
-    def camera(self) -> CameraInUse | None:
+    def in_use(self) -> CameraInUse | None:
         """Return the camera in use; None before the first frame."""
         return CameraInUse.of(self.lens, self._shape[1]) if self._shape else None
 
@@ -97,16 +96,18 @@ class YawCamera:
         """Return the weight of each pixel, (H, W), 0 to 1; None if all count equally."""
         return self._weights.current
 
-    def use_lens(self, lens: Lens) -> None:
+    def use_lens(self, lens: Lens) -> float | None:
         """
-        Continue with another lens; an equal lens has no effect.
+        Continue with another lens; the next frame becomes the first of a pair.
 
-        The heading is kept, and corrected if the previous lens was a guess. The next frame becomes
-        the first of a pair.
+        Return the factor that corrects the angles that were measured with the previous lens, 1 if
+        that was not a guess. An equal lens has no effect: the factor is None.
         """
-        if lens != self.lens:
-            self._set_lens(lens)
-            self._meter = self._learning = self._newest_frame = None
+        if lens == self.lens:
+            return None
+        factor = self._set_lens(lens)
+        self._meter = self._learning = self._newest_frame = None
+        return factor
 
     def set_upside_down(self, upside_down: bool) -> None:
         """Continue with the camera mounted this way up; the next frame is the first of a pair."""
@@ -173,10 +174,37 @@ class YawCamera:
                 0.0 if yaw is None else self._focal[0] * limited_tan(yaw), interval)
         return measurement
 
+    def learn(self, stamp_ns: int) -> float | None:
+        """
+        Use what was learned up to the newest frame, if it is better.
+
+        Return the factor that corrects the angles measured so far; None if the lens stays.
+        """
+        if self._learning is None:
+            return None
+        self._learning.add_stamp(stamp_ns)
+        return self._adopt_estimate(self._learning.estimate) if self._learned else None
+
+    def cut(self) -> None:
+        """Learn nothing from a motion across the newest frame, the first one of a scene."""
+        if self._learning is not None:
+            self._learning.cut()
+
+    def finish(self) -> None:
+        """Learn from the last frames of the drive."""
+        if self._learning is not None:
+            self._learning.finish()
+
     def foresees(self, frame: NDArray[np.uint8], waited: float, interval: float) -> bool:
         """Return whether a frame needs no measurement; see ``YawMeter.foresees``."""
         return (self._meter is not None and frame.shape == self._shape
                 and self._meter.foresees(frame, waited, interval))
+
+    @property
+    def foreseen_deviation(self) -> float:
+        """Return the standard deviation in radians of a yaw that is foreseen."""
+        assert self._meter is not None
+        return self._meter.foreseen_deviation
 
     def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
         """Return the shift at the centre of the image, in pixels of the full frame."""
@@ -187,35 +215,33 @@ class YawCamera:
             self._focal[0] * limited_tan(shift.dx / self._px_per_rad),
             shift.dy * (self._focal[1] / self._px_per_rad), shift.response)
 
-    def _learn(self, stamp_ns: int) -> None:
-        """Use what was learned up to a pair, if it is better."""
-        if self._learning is not None:
-            self._learning.add_stamp(stamp_ns)
-            if self._learned:
-                self._adopt_estimate(self._learning.estimate)
-
     def _update_learning_mask(self) -> None:
         if self._learning is not None:
             self._learning.use_mask(self._weights.as_seen(rotate_180=self._rotate_180))
 
-    def _adopt_estimate(self, estimate: CameraEstimate) -> None:
+    def _adopt_estimate(self, estimate: CameraEstimate) -> float | None:
         """Continue with the camera learned from the drive, if it differs or is known better."""
         self._learned = False
-        assert self._newest_frame is not None and self.camera is not None
+        assert self._newest_frame is not None and self.in_use is not None
         lens = Lens(estimate=estimate)
-        if self.camera.settled and lens.is_close_to(self.lens, self._newest_frame.shape[1]):
-            return
+        if self.in_use.settled and lens.is_close_to(self.lens, self._newest_frame.shape[1]):
+            return None
         try:
             self._meter = self._make_meter(self._newest_frame, lens)
         except FrameError:
             # The frames cannot be measured with this lens: keep the guess.
-            return
-        self._set_lens(lens)
+            return None
+        factor = self._set_lens(lens)
         self._meter.update(self._newest_frame, 0.0)
+        return factor
 
-    def _set_lens(self, lens: Lens) -> None:
-        """Use another lens from now on."""
-        self.lens = lens
+    def _set_lens(self, lens: Lens) -> float:
+        """Use another lens; return the factor that corrects angles measured with a guess."""
+        before, self.lens = self.lens, lens
+        if self._learning is None or not self._shape:
+            return 1.0
+        width = self._shape[1]
+        return before.focal_for(width) / lens.focal_for(width) * before.tilt / lens.tilt
 
     def _make_meter(self, frame: NDArray[np.uint8], lens: Lens) -> YawMeter:
         if self._weights.mask is not None:

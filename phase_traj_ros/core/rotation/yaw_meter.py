@@ -16,15 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import Shift
-from phase_traj_ros.core.rotation.camera_motion import CameraMotion, MotionFit, quantile
+from phase_traj_ros.core.rotation.block_matcher import BlockMatcher, Match
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion
 from phase_traj_ros.core.rotation.cross_traffic import CrossTraffic
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.rotation.keyframe import Keyframe
-from phase_traj_ros.core.rotation.local_shifts import BlockGrid, BlockShifts
 from phase_traj_ros.core.rotation.scanline import Scanline
 from phase_traj_ros.core.rotation.tuning import TUNING
 from phase_traj_ros.core.rotation.whole_shift import WholeShift
-from phase_traj_ros.errors import FrameError
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,15 +76,6 @@ class YawMeasurement:
         return self.refined and self.agreement >= TUNING.doubted_share
 
 
-@dataclass(frozen=True, slots=True)
-class _Match:
-    """The motion since a keyframe, and the displacements of the blocks that it follows from."""
-
-    key: Keyframe
-    motion: CameraMotion
-    blocks: BlockShifts
-
-
 class YawMeter:
     """Measures the yaw between each frame and the previous one."""
 
@@ -108,26 +98,17 @@ class YawMeter:
         self._projection = projection
         self._keyframes = keyframes
         mask, counts = self._projected(mask)
-        self._grid = BlockGrid(counts)
-        if len(self._grid.centres) < TUNING.min_blocks:
-            raise FrameError('the mask covers too much of the frames to measure yaw: give one'
-                             ' that covers less')
+        self._matcher = BlockMatcher(projection, counts)
         self._whole_shift = WholeShift(projection, mask)
         # The mask to use from the next frame on, in a tuple; None if it does not change.
         self._next_mask: tuple[NDArray[np.float32] | None] | None = None
-        columns, rows = self._grid.centres.T
-        scale = projection.px_per_rad
-        azimuths = np.interp(columns, np.arange(projection.shape[1]), projection.azimuths)
-        slopes = np.interp(rows, np.arange(projection.shape[0]), projection.slopes)
-        self._fit = MotionFit(azimuths, slopes, deviation=TUNING.block_deviation_px / scale)
-        self._traffic = CrossTraffic(still=TUNING.fixed_px / scale)
-        self._on_road = slopes > TUNING.road_slope
+        self._traffic = CrossTraffic(still=TUNING.fixed_px / projection.px_per_rad)
         self.reset()
 
     def reset(self) -> None:
         """Forget everything: the next frame is the first."""
         self._whole_shift.reset()
-        self._grid.forget()
+        self._matcher.forget()
         self._previous: NDArray[np.uint8] | None = None
         self._key: Keyframe | None = None
         self._brightness: float | None = None
@@ -202,36 +183,36 @@ class YawMeter:
         self._newest = self._scanline = None
         key = self._key
         if previous is None or key is None or shift is None or interval <= 0.0:
-            self._key, self._rate = self._keyframe(current, FocusOfExpansion()), 0.0
+            self._key, self._rate = self._matcher.keyframe(current, FocusOfExpansion()), 0.0
             return None
         key.age += interval
         self._stood = stood
         match = self._match_keyframe(key, previous, current, shift, interval)
         if match is None or not match.motion.holds(TUNING.confirmed_share):
-            self._key = self._keyframe(current, key.travel)
+            self._key = self._matcher.keyframe(current, key.travel)
             return self._by_shift(shift, self._scene_shift(shift, interval), match, interval)
         if not (match.motion.holds(TUNING.min_agreement)
                 or self._confirms(self._scene_shift(shift, interval), match)):
-            self._key = self._keyframe(current, key.travel)
+            self._key = self._matcher.keyframe(current, key.travel)
             return self._by_shift(shift, None, match, interval)
         measured = self._by_blocks(shift, match, interval)
         if self._keyframes and measured.certain:
             self._newest = frame
         over = not self._keyframes or match.key.has_expired(match.motion, interval)
-        self._key = self._keyframe(current, match.key.travel) if over else match.key
+        self._key = self._matcher.keyframe(current, match.key.travel) if over else match.key
         return measured
 
     def _match_keyframe(
         self, key: Keyframe, previous: NDArray[np.uint8], current: NDArray[np.uint8],
         shift: Shift, interval: float,
-    ) -> _Match | None:
+    ) -> Match | None:
         """Compare a frame with the keyframe, or if too little agrees, with the previous frame."""
         if shift.response <= 0.0:
             return None
         match = self._search(key, current, shift, interval)
         if key.age > interval and (
                 match is None or match.motion.agreement < TUNING.previous_frame_share):
-            nearer = self._keyframe(previous, key.travel)
+            nearer = self._matcher.keyframe(previous, key.travel)
             nearer.age = interval
             other = self._search(nearer, current, shift, interval)
             if match is None or (
@@ -247,7 +228,7 @@ class YawMeter:
 
     def _search(
         self, key: Keyframe, current: NDArray[np.uint8], shift: Shift, interval: float,
-    ) -> _Match | None:
+    ) -> Match | None:
         """
         Search the blocks around the shift and, if that is in doubt, around other values.
 
@@ -256,40 +237,26 @@ class YawMeter:
         """
         foreseen = self._foreseen(interval)
         shaking = min(max(shift.dy, -TUNING.max_shake_px), TUNING.max_shake_px)
-        best = self._match_blocks(key, current, (shift.dx, shaking))
+        best = self._match(key, current, (shift.dx, shaking))
         if (best is None or not best.motion.certain
                 or abs(shift.dx - foreseen) > TUNING.shift_gate_px):
-            best = _best(best, self._match_blocks(key, current, (foreseen, 0.0)))
+            best = _best(best, self._match(key, current, (foreseen, 0.0)))
         if best is None or not best.motion.certain:
             second = self._whole_shift.second_peak()
-            best = _best(best, self._match_blocks(key, current, (second.dx, 0.0)))
+            best = _best(best, self._match(key, current, (second.dx, 0.0)))
         if (best is not None and best.motion.holds(TUNING.min_agreement)
                 and not (self._stood and self._traffic.explains(
                     best.motion, best.blocks.resting))):
-            turned = best.motion.yaw * self._projection.px_per_rad
-            self._grid.learn(best.blocks, self._must_move(best.blocks, turned))
+            self._matcher.learn(best)
         return best
 
-    def _must_move(self, blocks: BlockShifts, turned: float) -> NDArray[np.bool_]:
-        """Return in which blocks any part of the scene must have moved."""
-        if abs(turned) > TUNING.min_image_shift_px:
-            return np.ones(len(self._on_road), np.bool_)
-        # Straight ahead, distant parts of the scene do not move; the road is near, and does.
-        driving = quantile(np.hypot(blocks.dx, blocks.dy), 0.5) > TUNING.min_road_shift_px
-        return self._on_road if driving else np.zeros_like(self._on_road)
-
-    def _match_blocks(
+    def _match(
         self, key: Keyframe, current: NDArray[np.uint8], expected: tuple[float, float],
-    ) -> _Match | None:
-        scale = self._projection.px_per_rad
-        blocks = self._grid.measure(key.picture, current, expected=key.moved + np.array(expected))
-        motion = self._fit(
-            blocks.dx / scale, blocks.dy / scale, blocks.weight,
-            key.predict_travel(self._rate, self.mounting), aside=key.picture.aside / scale,
-            down=key.picture.down / scale, precision=blocks.precision)
-        return None if motion is None else _Match(key, motion, blocks)
+    ) -> Match | None:
+        return self._matcher.match(
+            key, current, expected, key.predict_travel(self._rate, self.mounting))
 
-    def _by_blocks(self, shift: Shift, match: _Match, interval: float) -> YawMeasurement:
+    def _by_blocks(self, shift: Shift, match: Match, interval: float) -> YawMeasurement:
         """Return the measurement of a pair by the motion since the keyframe, and learn from it."""
         key, motion = match.key, match.motion
         self._traffic.update(
@@ -322,7 +289,7 @@ class YawMeter:
         significant = self._whole_shift.significance(shift) >= TUNING.min_significance
         return shift if significant and abs(shift.dy) < TUNING.max_shake_px else None
 
-    def _confirms(self, scene: Shift | None, match: _Match) -> bool:
+    def _confirms(self, scene: Shift | None, match: Match) -> bool:
         """Return whether the shift of the scene confirms a motion with which few blocks agree."""
         # The shift is that since the previous frame.
         yaw = match.motion.yaw - match.key.yaw
@@ -333,7 +300,7 @@ class YawMeter:
             abs(scene.dx / self._projection.px_per_rad - yaw) <= tolerance)
 
     def _by_shift(
-        self, shift: Shift, scene: Shift | None, match: _Match | None, interval: float,
+        self, shift: Shift, scene: Shift | None, match: Match | None, interval: float,
     ) -> YawMeasurement:
         """Return the measurement of a pair by the shift alone."""
         yaw = None
@@ -358,14 +325,11 @@ class YawMeter:
     def _change_mask(self, mask: NDArray[np.float32] | None) -> None:
         self._next_mask = None
         projected, counts = self._projected(mask)
-        if not self._grid.use_mask(counts, least=TUNING.min_blocks):
+        if not self._matcher.use_mask(counts):
             return
         self._whole_shift = WholeShift(self._projection, projected)
         if self._previous is not None:
             self._whole_shift.update(self._previous)
-
-    def _keyframe(self, picture: NDArray[np.uint8], travel: FocusOfExpansion) -> Keyframe:
-        return Keyframe(self._grid.extract(picture), travel)
 
     def _level_exposure(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return the image without sudden changes of exposure."""
@@ -377,6 +341,6 @@ class YawMeter:
         return cv2.convertScaleAbs(picture, alpha=gain)  # type: ignore[return-value]
 
 
-def _best(*matches: _Match | None) -> _Match | None:
+def _best(*matches: Match | None) -> Match | None:
     """Return the motion with which most blocks agree."""
     return max(filter(None, matches), key=lambda each: each.motion.agreeing, default=None)

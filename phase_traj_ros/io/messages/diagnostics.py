@@ -51,10 +51,11 @@ class MeasurementReporter:
             'unreliable spans': str(len(found.spans))}
         if heading is not None:
             values['bridged share'] = f'{heading.tracker.bridged_share:.3f}'
-            if heading.camera is not None:
-                values['camera'] = str(heading.camera)
-            if heading.field_of_view is not None:
-                values.update(_view_values(heading.field_of_view))
+            camera = heading.camera
+            if camera.in_use is not None:
+                values['camera'] = str(camera.in_use)
+            if camera.field_of_view is not None:
+                values.update(_view_values(camera.field_of_view))
         values.update(_way_values(estimator))
         pairs = counters.frames - self._counted.frames
         unusable = sum(

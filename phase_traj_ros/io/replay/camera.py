@@ -80,7 +80,8 @@ def learned_lens(
         if camera is not None and (camera.turns or 0) >= _ENOUGH_TURNS:
             break
     heading.finish()
-    return None if heading.learned is None else Lens(estimate=heading.learned)
+    learned = heading.camera.learned
+    return None if learned is None else Lens(estimate=learned)
 
 
 def _thinned(entries: Iterable[Entry]) -> Iterator[Entry]:

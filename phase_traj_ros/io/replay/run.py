@@ -210,9 +210,10 @@ def replay(
         first_skipped=first_skipped)
     if heading is None:
         return found
+    camera = heading.camera
     return replace(
-        found, focal_px=heading.focal_px, field_of_view=heading.field_of_view,
-        camera=heading.camera, learned=heading.learned)
+        found, focal_px=camera.focal_px, field_of_view=camera.field_of_view,
+        camera=camera.in_use, learned=camera.learned)
 
 
 def _too_few(estimator: TrajectoryEstimator, first_skipped: str) -> str:

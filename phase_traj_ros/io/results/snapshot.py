@@ -48,7 +48,8 @@ class Snapshot:
         return cls(
             {**_content(estimator, source), **mount_content(mounting)},
             path.corners if path.tip is None else (*path.corners, path.tip),
-            None if heading is None else heading.learned, estimator.settings.view.rotate_180)
+            None if heading is None else heading.camera.learned,
+            estimator.settings.view.rotate_180)
 
     def write(self, directory: Path) -> None:
         """
@@ -78,7 +79,7 @@ class Snapshot:
 
 def _content(estimator: TrajectoryEstimator, source: str) -> dict[str, Any]:
     codes, settings, heading = estimator.codes, estimator.settings, estimator.heading
-    view = None if heading is None else heading.field_of_view
+    view = None if heading is None else heading.camera.field_of_view
     return {
         'source': source,
         'frames': estimator.frames,
@@ -96,9 +97,9 @@ def _content(estimator: TrajectoryEstimator, source: str) -> dict[str, Any]:
         **({} if heading is None else {
             'heading_deg': math.degrees(heading.tracker.heading),
             'bridged_share': heading.tracker.bridged_share,
-            'focal_px': heading.focal_px,
+            'focal_px': heading.camera.focal_px,
             'field_of_view': None if view is None else asdict(view),
-            'camera': camera_content(heading.camera)}),
+            'camera': camera_content(heading.camera.in_use)}),
         'versions': versions(),
         **way_content(estimator.way, estimator.links, unit=settings.length_unit),
     }

@@ -118,14 +118,16 @@ def add_to_chain_code(located: Located, source: Path, target: Path) -> None:
     Raises
     ------
     ResultError
-        ``source`` cannot be read, is not a JSON object, or ``target`` cannot be written.
+        ``source`` cannot be read, or is not a JSON object.
+    OSError
+        ``target`` cannot be written.
 
     """
     try:
-        content = json.loads(source.read_text(encoding='utf-8'))
-        write_json({**content, 'location': location_content(located)}, target)
+        content = {**json.loads(source.read_text(encoding='utf-8'))}
     except (OSError, TypeError, ValueError) as error:
         raise ResultError(f'{source} cannot be read ({error}): replay again') from None
+    write_json({**content, 'location': location_content(located)}, target)
 
 
 def degrees(located: Located, place: LocationEstimate | Candidate) -> tuple[float, float]:

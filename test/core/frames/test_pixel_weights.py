@@ -44,8 +44,8 @@ def test_the_camera_is_learned_from_what_counts_and_upright(upside_down):
         use_mask=told.append, cut=lambda: told.append('cut'), forget=lambda: None)
     heading = VisualCompass(
         Lens(hfov_deg=80.0), mask=MASK, learning=learning, rotate_180=upside_down)
-    heading.exclude(AREAS)
-    heading.set_upside_down(not upside_down)
+    heading.camera.exclude(AREAS)
+    heading.camera.set_upside_down(not upside_down)
     heading.cut()
     first, with_areas, turned, cut = told
     upright = slice(None, None, -1 if upside_down else 1)

@@ -109,7 +109,7 @@ def test_a_focal_length_in_pixels_is_for_frames_of_one_size(drive):
     assert estimator.update(frames[1], stamps[1]).heading.yaw is not None
     estimator.use_lens(Lens(focal_px=CAMERA.focal / 2))
     estimator.update(half, stamps[2])
-    assert estimator.heading.focal_px == CAMERA.focal / 2
+    assert estimator.heading.camera.focal_px == CAMERA.focal / 2
 
 
 @pytest.mark.parametrize('name', ['max_speeds', 'max_corners'])

@@ -41,17 +41,17 @@ def test_heading_of_a_distorted_camera(name, upside_down):
 def test_shift_of_the_picture_is_that_of_its_middle():
     camera, frames = turning('barrel')
     estimator = VisualCompass(Lens(camera=replace(camera)))
-    assert estimator.focal_px == 0.0
-    assert estimator.measure(frames[3], 0.1) is None
-    assert estimator.focal_px == camera.fx
-    update = estimator.add(estimator.measure(frames[4], 0.1), TENTH, 0.1)
+    assert estimator.camera.focal_px == 0.0
+    assert estimator.camera.measure(frames[3], 0.1) is None
+    assert estimator.camera.focal_px == camera.fx
+    update = estimator.add(estimator.camera.measure(frames[4], 0.1), TENTH, 0.1)
     assert update.shift.dx == pytest.approx(camera.fx * math.tan(math.radians(STEPS[4])), abs=0.5)
 
 
 def test_a_foreseen_shift_is_that_of_a_yaw_that_goes_on():
     camera = CameraModel(width=320, height=240, fx=300.0, fy=200.0, cx=160.0, cy=120.0)
     compass = VisualCompass(Lens(camera=camera))
-    compass.measure(np.zeros(camera.shape, np.uint8), 0.1)
+    compass.camera.measure(np.zeros(camera.shape, np.uint8), 0.1)
     compass.start(0)
     compass.add(YawMeasurement(Shift(0.0, 0.0, 0.3), 0.02, True, 1.0), TENTH, 0.1)
     seen = compass.foresee(0.05)
@@ -67,7 +67,7 @@ def test_a_direction_contradicts_the_heading_beyond_what_the_lens_explains(
     """Two bends of 50 degrees, each too small for a turn, make more than a right angle."""
     compass = VisualCompass(Lens(estimate=CameraEstimate(
         width=160, height=90, focal_px=100.0, focal_deviation=deviation, turns=2)))
-    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
     told = []
     for pair in range(1, 101):
@@ -79,7 +79,7 @@ def test_a_direction_contradicts_the_heading_beyond_what_the_lens_explains(
 
 def test_a_turn_that_a_cut_ends_is_told_once():
     compass = VisualCompass(Lens(hfov_deg=75.0))
-    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
     turning = YawMeasurement(Shift(0.0, 0.0, 1.0), math.radians(4.0), True, 1.0)
     for pair in range(1, 21):
@@ -93,11 +93,11 @@ def test_a_turn_that_a_cut_ends_is_told_once():
 def test_a_frame_that_is_forgotten_is_compared_with_none():
     camera, frames = turning('barrel')
     compass = VisualCompass(Lens(camera=camera))
-    compass.forget_frame()
-    compass.measure(frames[0], 0.1)
-    compass.forget_frame()
-    assert compass.measure(frames[1], 0.1) is None
-    assert compass.measure(frames[2], 0.1) is not None
+    compass.camera.forget_frame()
+    compass.camera.measure(frames[0], 0.1)
+    compass.camera.forget_frame()
+    assert compass.camera.measure(frames[1], 0.1) is None
+    assert compass.camera.measure(frames[2], 0.1) is not None
 
 
 def test_what_is_fixed_stays_left_out_with_another_lens():
@@ -107,18 +107,19 @@ def test_what_is_fixed_stays_left_out_with_another_lens():
     agreeing = []
     for weights in (fixed, None):
         compass = VisualCompass(Lens(focal_px=camera.fx))
-        compass.measure(frames[0], 0.1)
-        compass.exclude(weights)
+        compass.camera.measure(frames[0], 0.1)
+        compass.camera.exclude(weights)
         compass.use_lens(Lens(camera=camera))
-        compass.measure(frames[1], 0.1)
-        agreeing.append(compass.measure(frames[2], 0.1).motion.agreeing)
+        compass.camera.measure(frames[1], 0.1)
+        agreeing.append(compass.camera.measure(frames[2], 0.1).motion.agreeing)
     assert agreeing[0] == pytest.approx(agreeing[1] / 2, rel=0.2)
 
 
 def test_before_the_first_frame_there_is_no_map_and_no_camera():
     compass = VisualCompass(Lens(hfov_deg=80.0))
-    assert compass.correlation_map().shape == (0, 0)
-    assert compass.camera is None and not compass.foresees(np.zeros((9, 9), np.uint8), 0.1, 0.1)
+    assert compass.camera.correlation_map().shape == (0, 0)
+    assert compass.camera.in_use is None
+    assert not compass.camera.foresees(np.zeros((9, 9), np.uint8), 0.1, 0.1)
 
 
 def test_what_is_given_counts_before_a_calibration():
@@ -157,23 +158,24 @@ def test_frames_of_another_size_than_the_calibration():
     message = (r'frames of 240x180 pixels, but the calibration of the camera is for 480x360: '
                'publish the camera_info that belongs to the images, or give focal_px')
     with pytest.raises(FrameError, match=message):
-        estimator.measure(half, 0.1)
+        estimator.camera.measure(half, 0.1)
     # As if it had never come.
-    assert estimator.measure(frames[0], 0.1) is None
+    assert estimator.camera.measure(frames[0], 0.1) is None
     with pytest.raises(FrameError, match=message):
-        estimator.measure(half, 0.1)
-    assert estimator.measure(frames[1], 0.1).yaw == stepped(1)
+        estimator.camera.measure(half, 0.1)
+    assert estimator.camera.measure(frames[1], 0.1).yaw == stepped(1)
 
 
 def test_a_frame_of_another_size_that_is_refused_is_as_if_it_had_never_come():
     _, frames = turning('barrel')
     estimator = VisualCompass(Lens(hfov_deg=60.0))
-    estimator.measure(frames[0], 0.1)
+    estimator.camera.measure(frames[0], 0.1)
     expected = VisualCompass(Lens(hfov_deg=60.0))
-    expected.measure(frames[0], 0.1)
+    expected.camera.measure(frames[0], 0.1)
     with pytest.raises(FrameError, match='at least 8x8'):
-        estimator.measure(np.zeros((7, 300), np.uint8), 0.1)
-    assert estimator.measure(frames[1], 0.1) == expected.measure(frames[1], 0.1) is not None
+        estimator.camera.measure(np.zeros((7, 300), np.uint8), 0.1)
+    measured = estimator.camera.measure(frames[1], 0.1)
+    assert measured == expected.camera.measure(frames[1], 0.1) is not None
 
 
 def test_a_restart_forgets_the_heading_and_its_turns_but_not_the_frame():
@@ -185,14 +187,14 @@ def test_a_restart_forgets_the_heading_and_its_turns_but_not_the_frame():
     estimator.start(6 * TENTH)
     tracker = estimator.tracker
     assert (tracker.heading, tracker.rate, tracker.deviation) == (0.0, 0.0, 0.0)
-    update = estimator.add(estimator.measure(frames[6], 0.1), 7 * TENTH, 0.1)
+    update = estimator.add(estimator.camera.measure(frames[6], 0.1), 7 * TENTH, 0.1)
     assert update.step.heading == stepped(6)
     assert estimator.finish() == [] and not estimator.bends_may_be_turns
 
 
 def test_a_restart_forgets_a_turn_under_way():
     compass = VisualCompass(Lens(hfov_deg=80.0))
-    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
     turning_left = YawMeasurement(Shift(0.0, 0.0, 0.3), math.radians(3.0), True, 1.0)
     for pair in range(1, 41):
@@ -217,7 +219,7 @@ def test_a_bend_of_an_unknown_camera_may_be_a_turn(angle_deg, may_be):
     known = VisualCompass(Lens(hfov_deg=75.0))
     for compass in (unknown, known):
         assert not compass.bends_may_be_turns
-        compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+        compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
         compass.start(0)
         for pair in range(1, 101):
             yaw = math.radians(angle_deg) / 25 if pair <= 25 else 0.0
@@ -234,12 +236,12 @@ def test_another_lens_while_running():
     estimator = VisualCompass(Lens(focal_px=camera.fx))
     wrong = follow(estimator, frames[:5])[-1]
     estimator.use_lens(Lens(camera=camera))
-    assert estimator.lens == Lens(camera=camera)
+    assert estimator.camera.lens == Lens(camera=camera)
     # The heading so far is kept, and the next frame has none to be compared with.
     assert math.degrees(estimator.tracker.heading) == wrong
-    assert estimator.measure(frames[5], 0.1) is None
+    assert estimator.camera.measure(frames[5], 0.1) is None
     assert math.degrees(estimator.tracker.heading) == wrong
-    assert estimator.measure(frames[6], 0.1).yaw == stepped(6)
+    assert estimator.camera.measure(frames[6], 0.1).yaw == stepped(6)
     # The same lens, read anew, changes nothing.
     estimator.use_lens(Lens(camera=replace(camera)))
-    assert estimator.measure(frames[7], 0.1).yaw == stepped(7)
+    assert estimator.camera.measure(frames[7], 0.1).yaw == stepped(7)

@@ -24,7 +24,7 @@ def test_a_camera_is_learned_from_upright_frames(upside_down):
     learning.update = lambda frame, shift_px, interval: bool(seen.append(frame))
     compass = VisualCompass(
         Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, learning=learning)
-    compass.measure(frame[::-1, ::-1].copy() if upside_down else frame, 0.1)
+    compass.camera.measure(frame[::-1, ::-1].copy() if upside_down else frame, 0.1)
     assert np.array_equal(seen, [frame])
 
 
@@ -60,17 +60,17 @@ def test_a_lens_that_leaves_nothing_to_measure_is_not_taken():
     usual = Lens(hfov_deg=75.0, assumed=True)
     estimator = VisualCompass(usual, learning=_Told(replace(FOUND, focal_px=2.0)))
     headings = follow(estimator, frames)
-    assert estimator.lens == usual
+    assert estimator.camera.lens == usual
     assert np.all(headings == follow(VisualCompass(usual), frames))
 
 
 def test_a_camera_is_learned_once_a_turn_has_told():
     learning = _Told(FOUND)
     estimator = VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learning)
-    assert estimator.learned == FOUND
+    assert estimator.camera.learned == FOUND
     learning.turns = 0
-    assert estimator.learned is None
-    assert VisualCompass(Lens(hfov_deg=75.0)).learned is None
+    assert estimator.camera.learned is None
+    assert VisualCompass(Lens(hfov_deg=75.0)).camera.learned is None
 
 
 @pytest.mark.parametrize('upside_down', [False, True])
@@ -81,7 +81,7 @@ def test_a_camera_is_learned_from_what_is_neither_masked_nor_fixed(upside_down):
     learning.use_mask = masks.append
     compass = VisualCompass(
         Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, mask=mask, learning=learning)
-    compass.exclude(fixed)
+    compass.camera.exclude(fixed)
     # Points are tracked in the upright frame.
     upright = slice(None, None, -1) if upside_down else slice(None)
     seen = [each[upright, upright].tolist() for each in masks]
@@ -92,7 +92,7 @@ def test_a_camera_is_learned_from_what_is_neither_masked_nor_fixed(upside_down):
 def test_a_lens_that_replaces_a_guess_corrects_what_was_measured_with_it():
     guess = Lens(hfov_deg=75.0, assumed=True)
     compass = VisualCompass(guess, learning=SelfCalibration())
-    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
     for pair in range(1, 41):
         yaw = YawMeasurement(Shift(0.0, 0.0, 1.0), 0.05, True, 1.0)
@@ -112,8 +112,8 @@ def test_a_learned_camera_is_taken_even_if_it_is_what_was_guessed():
     for learned, settled in ((same, True), (replace(same, focal_deviation=0.2), False)):
         estimator = VisualCompass(guess, learning=_Told(learned))
         assert np.isfinite(follow(estimator, frames)).all()
-        assert estimator.lens == Lens(estimate=learned)
-        assert estimator.camera.settled is settled
+        assert estimator.camera.lens == Lens(estimate=learned)
+        assert estimator.camera.in_use.settled is settled
 
 
 class Learner(SelfCalibration):
@@ -136,5 +136,5 @@ def test_what_is_learned_from_is_the_turn_and_not_what_passes_by():
     # Taken for a usual camera, as in the beginning.
     estimator = VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learner)
     for frame in render_drive(drive):
-        estimator.measure(np.asarray(frame), 1 / 15)
+        estimator.camera.measure(np.asarray(frame), 1 / 15)
     assert sum(learner.shifts) == pytest.approx(camera.focal * math.radians(-60), rel=0.15)

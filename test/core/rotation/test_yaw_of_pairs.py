@@ -76,8 +76,8 @@ def test_what_stays_while_the_camera_turns_is_fixed_to_it(step):
         frame = far(step * count)
         frame[5:115, 60:240] = far(0)[5:115, 60:240]
         meter.update(frame, 0.1)
-    x, y = meter._grid.centres.T
-    fixed = meter._grid.fixed
+    x, y = meter._matcher._grid.centres.T
+    fixed = meter._matcher._grid.fixed
     assert fixed[(y < 105) & (x > 70) & (x < 220)].mean() > 0.9
     assert not fixed[(y > 125) | (x < 50) | (x > 250)].any()
 

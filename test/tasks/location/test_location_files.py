@@ -132,6 +132,9 @@ def test_the_key_of_chain_code_json(made, tmp_path):
     (tmp_path / 'chain_code.json').write_text('[]')
     with pytest.raises(ResultError, match='cannot be read'):
         add_to_chain_code(located, tmp_path / 'chain_code.json', tmp_path / 'other.json')
+    (tmp_path / 'chain_code.json').write_text('{}')
+    with pytest.raises(FileNotFoundError, match='gone'):
+        add_to_chain_code(located, tmp_path / 'chain_code.json', tmp_path / 'gone' / 'other.json')
 
 
 def test_a_drive_that_is_nowhere_has_candidates_and_no_track(made, tmp_path):
