@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures for all tests."""
 
+import gc
 import os
 from pathlib import Path
 import signal
@@ -52,6 +53,12 @@ def shared(folder, variable):
     if not root.is_dir():
         pytest.skip(f'no data in {root} (set {variable})')
     return root
+
+
+def pytest_collection_finish():
+    # Thousands of tests, which live to the end, cost each collection of garbage time.
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope='session')

@@ -43,8 +43,7 @@ MOVEMENT = [1, 1, 0, 3, 1, 1, 2, 1, 1]
 DIRECTION = [1, 1, 0, 0, 0, 1, 1, 1]
 
 
-@pytest.fixture
-def topics(live):
+def listening(live):
     """Listen to all topics; return the lists by name."""
     kinds = {
         'movement': UInt8, 'direction': UInt8, 'shift': Vector3Stamped, 'response': Float32,
@@ -55,16 +54,47 @@ def topics(live):
     return received
 
 
+def restart(live, topics):
+    """Reset the node, and forget what has come from it so far."""
+    topics['chain_code'].clear()
+    topics['path'].clear()
+    # A node can only answer a client it knows, and it knows the older subscriptions, too.
+    assert live.call(Trigger, 'phase_traj/reset', Trigger.Request()).success
+    live.until(lambda: topics['chain_code'] and topics['path'] and topics['chain_code'][-1].data
+               .startswith('frames 0;') and not topics['path'][-1].poses)
+    for messages in topics.values():
+        messages.clear()
+
+
+@pytest.fixture
+def topics(live):
+    """Listen to all topics; return the lists by name."""
+    return listening(live)
+
+
 @pytest.fixture
 def connected(live, topics):
     """Start the node; return its process and a camera, when both know each other."""
     process = live.start(*SHIFT)
-    # A node can only answer a client it knows, and it knows the older subscriptions, too.
-    answer = live.call(Trigger, 'phase_traj/reset', Trigger.Request())
-    assert answer.success
-    topics['chain_code'].clear()
-    topics['path'].clear()
+    restart(live, topics)
     return process, live.camera()
+
+
+@pytest.fixture(scope='module')
+def lasting(shared_live):
+    """Start a node that tests share; return all that is heard of it, and a camera."""
+    heard = listening(shared_live)
+    shared_live.start(*SHIFT)
+    restart(shared_live, heard)
+    return heard, shared_live.camera()
+
+
+@pytest.fixture
+def again(shared_live, lasting):
+    """Reset the node that tests share; return what is heard of it from now on, and its camera."""
+    heard, camera = lasting
+    restart(shared_live, heard)
+    return heard, camera
 
 
 def publish(camera, frames, *, start=START, encoding='mono8', period=SECOND // 10):
@@ -109,13 +139,14 @@ def test_every_topic(live, topics, connected):
     assert stop(connected[0]) == 0
 
 
-def test_who_comes_late_gets_the_chain_code_and_the_path(live, topics, connected):
-    publish(connected[1], rolled(DRIVE))
-    live.until(lambda: topics['path'] and len(topics['path'][-1].poses) == 4)
-    live.until(lambda: topics['chain_code'][-1].data.startswith('frames 10;'))
-    texts = live.listen(String, 'phase_traj/chain_code', LATCHED)
-    paths = live.listen(Path, 'phase_traj/path', LATCHED)
-    live.until(lambda: texts and paths)
+def test_who_comes_late_gets_the_chain_code_and_the_path(shared_live, again):
+    topics, camera = again
+    publish(camera, rolled(DRIVE))
+    shared_live.until(lambda: topics['path'] and len(topics['path'][-1].poses) == 4)
+    shared_live.until(lambda: topics['chain_code'][-1].data.startswith('frames 10;'))
+    texts = shared_live.listen(String, 'phase_traj/chain_code', LATCHED)
+    paths = shared_live.listen(Path, 'phase_traj/path', LATCHED)
+    shared_live.until(lambda: texts and paths and complete(topics, 9))
     assert texts[0].data == topics['chain_code'][-1].data
     assert len(paths[0].poses) == 4
 
@@ -131,24 +162,26 @@ def test_who_comes_late_gets_a_path_that_nobody_took(live):
     assert stop(process) == 0
 
 
-def test_reset_starts_anew(live, topics, connected):
-    publish(connected[1], rolled(DRIVE))
-    live.until(lambda: complete(topics, 9))
-    answer = live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+def test_reset_starts_anew(shared_live, again):
+    topics, camera = again
+    publish(camera, rolled(DRIVE))
+    shared_live.until(lambda: complete(topics, 9))
+    answer = shared_live.call(Trigger, 'phase_traj/reset', Trigger.Request())
     assert (answer.success, answer.message) == (True, 'restarted after 10 frames')
-    live.until(lambda: topics['chain_code'][-1].data.startswith('frames 0;'))
-    live.until(lambda: not topics['path'][-1].poses)
-    publish(connected[1], rolled(DRIVE), start=START + 100 * SECOND)
-    live.until(lambda: complete(topics, 18))
+    shared_live.until(lambda: topics['chain_code'][-1].data.startswith('frames 0;'))
+    shared_live.until(lambda: not topics['path'][-1].poses)
+    publish(camera, rolled(DRIVE), start=START + 100 * SECOND)
+    shared_live.until(lambda: complete(topics, 18))
     assert [each.data for each in topics['movement']] == MOVEMENT * 2
 
 
-def test_time_going_back_starts_anew_and_is_reported(live, topics, connected):
-    publish(connected[1], rolled(DRIVE), start=START + 10 * SECOND)
-    publish(connected[1], rolled(DRIVE))
-    live.until(lambda: complete(topics, 18))
+def test_time_going_back_starts_anew_and_is_reported(shared_live, again):
+    topics, camera = again
+    publish(camera, rolled(DRIVE), start=START + 10 * SECOND)
+    publish(camera, rolled(DRIVE))
+    shared_live.until(lambda: complete(topics, 18))
     assert [each.data for each in topics['movement']] == MOVEMENT * 2
-    live.until_said('time went back by 10.900 s, from 1700000010.900 to 1700000000.000')
+    shared_live.until_said('time went back by 10.900 s, from 1700000010.900 to 1700000000.000')
 
 
 ENCODERS = {
@@ -169,21 +202,22 @@ ENCODERS = {
 }
 
 
-def test_every_encoding(live, topics, connected):
+def test_every_encoding(shared_live, again):
+    topics, camera = again
     sent = 0
     for number, (encoding, encode) in enumerate(ENCODERS.items()):
         frames = [np.ascontiguousarray(encode(each)) for each in rolled([0, 0, 24, 24])]
-        publish(
-            connected[1], frames, encoding=encoding, start=START + number * 100 * SECOND)
+        publish(camera, frames, encoding=encoding, start=START + number * 100 * SECOND)
         sent += 4
-    live.until(lambda: complete(topics, sent - 1))
-    assert 'skipped' not in live.logs()
+    shared_live.until(lambda: complete(topics, sent - 1))
+    assert 'skipped' not in shared_live.logs()
     for number, encoding in enumerate(ENCODERS):
         shifts = topics['shift'][4 * number:4 * number + 3]
         assert [each.vector.x for each in shifts] == pytest.approx([0, 24, 0], abs=0.1), encoding
 
 
-def test_padded_rows_and_big_endian(live, topics, connected):
+def test_padded_rows_and_big_endian(shared_live, again):
+    topics, camera = again
     frames = rolled([0, 30, 30, 0])
     for index, frame in enumerate(frames):
         padded = np.full((96, 200), 255, '>u2')
@@ -191,8 +225,8 @@ def test_padded_rows_and_big_endian(live, topics, connected):
         message = image(
             padded.tobytes(), START + index * SECOND, 'mono16', shape=(96, 160), step=400,
             is_bigendian=True)
-        connected[1].publish(message)
-    live.until(lambda: complete(topics, 3))
+        camera.publish(message)
+    shared_live.until(lambda: complete(topics, 3))
     assert [each.vector.x for each in topics['shift']] == pytest.approx([30, 0, -30], abs=0.1)
 
 
@@ -217,10 +251,11 @@ def test_bad_images_are_reported_and_skipped(live, topics, connected):
     assert 'Traceback' not in live.logs()
 
 
-def test_a_frame_of_another_size_is_no_measurement(live, topics, connected):
-    publish(connected[1], rolled([0, 0]))
-    publish(connected[1], rolled([0, 20], texture((64, 128))), start=START + SECOND)
-    live.until(lambda: complete(topics, 3))
+def test_a_frame_of_another_size_is_no_measurement(shared_live, again):
+    topics, camera = again
+    publish(camera, rolled([0, 0]))
+    publish(camera, rolled([0, 20], texture((64, 128))), start=START + SECOND)
+    shared_live.until(lambda: complete(topics, 3))
     assert [each.data for each in topics['movement']] == [1, 3, 0]
     assert math.isnan(topics['shift'][1].vector.x)
     assert topics['response'][1].data == 0.0

@@ -3,6 +3,7 @@
 """A straight motorway between fields: markings and a fine grain, and hills on the horizon."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight
@@ -23,10 +24,16 @@ def driven(*, grain, seconds=6.0, speed=33.0, rate_hz=25, size=(640, 360)):
     camera = Camera.with_field_of_view(*size, 70, above_ground=1.3)
     drive = plan_drive(
         '', [Straight(seconds)], rate_hz=rate_hz, speed=speed, camera=camera, seed=4)
-    town = drive.build_scene()
+    town = _town()
     scene = replace(town, panels=Panels.of(()), ground=_ground(
         speed * seconds + 400.0, grain, town.ground.grain_density))
     return camera, drive.stamps_ns.tolist(), list(render_drive(drive, scene=scene))
+
+
+@cache
+def _town():
+    """Return a short town, for its sky and its materials."""
+    return plan_drive('', [Straight(0.1)], seed=4).build_scene()
 
 
 def _ground(ahead, grain, grain_density):

@@ -6,14 +6,11 @@ from dataclasses import replace
 from itertools import pairwise
 
 import cv2
+from half_size import HALF
 import numpy as np
 from phase_traj_ros.core import DynamicChainCode
-from phase_traj_ros.synthetic import Camera, KITTI_CAMERA, named_drive, render_drive
+from phase_traj_ros.synthetic import KITTI_CAMERA, named_drive, render_drive
 import pytest
-
-#: Half of KITTI's camera in each direction, even sides, to be fast: shifts are half as large.
-HALF = Camera(
-    620, 188, KITTI_CAMERA.focal / 2, (KITTI_CAMERA.cx - 0.5) / 2, (KITTI_CAMERA.cy - 0.5) / 2)
 
 
 def shifts(drive, scene):

@@ -3,10 +3,11 @@
 """The camera from rendered drives."""
 
 from dataclasses import asdict, replace
-from functools import lru_cache
+from functools import cache
 import math
 
 import cv2
+from kitti import grey_pictures
 import numpy as np
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator
@@ -20,7 +21,7 @@ PINHOLE_SHAPE = (160, 320)
 FISHEYE = Camera.with_field_of_view(320, 200, 110.0, fisheye=EQUIDISTANT)
 
 
-@lru_cache(maxsize=4)
+@cache
 def drive_of(camera, *, angle_deg=75.0, pitch_deg=0.0):
     """Return frames of one turn, and how far the picture moves before each."""
     drive = plan_drive(
@@ -191,10 +192,9 @@ def test_many_turns_are_not_all_looked_at():
     (np.s_[:, :620], 298, 0.12), (np.s_[:, 621:], -324, 0.12)],
     ids=['whole', 'mirrored', 'upper half', 'left half', 'right half'])
 def test_a_real_turn_tells_the_focal_length(kitti_root, cut, column, tolerance):
-    files = sorted((kitti_root / '00' / 'image_0').glob('*.png'))[85:155]
     correlator, calibration = PhaseCorrelator(), SelfCalibration()
-    for file in files:
-        frame = np.ascontiguousarray(cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)[cut])
+    for picture in grey_pictures(kitti_root / '00')[85:155]:
+        frame = np.ascontiguousarray(picture[cut])
         shift = correlator.update(frame)
         calibration.update(frame, 0.0 if shift is None else shift.dx, 0.1)
     calibration.finish()

@@ -121,7 +121,7 @@ def test_a_long_straight_does_not_prove_that_the_vehicle_is_on_the_map():
     roads = RoadMap.from_polylines([[(0, 0), (9000, 0)]])
     locator = MapLocator(
         roads, prior=Prior(500.0, 0.0, 30.0, heading=0.0), scale=ScaleRange(1.0, 1.0))
-    estimates = follow(locator, steps_of(drive([(500, 0), (4500, 0)]), seed=1))
+    estimates = follow(locator, steps_of(drive([(500, 0), (2500, 0)]), seed=1))
     # The hypotheses stay close together, so what the candidates leave is that of no road.
     left = 1.0 - sum(each.probability for each in estimates[-1].candidates)
     assert left > LocatorSettings().null_share / 2
@@ -167,7 +167,7 @@ def test_an_unknown_scale_is_found(town, poses):
 @pytest.mark.parametrize('scale', [0.9, 1.1])
 def test_the_prior_of_the_scale_counts_once(town, poses, scale):
     # Two deviations off: counted again at each turn, the prior would pull the scale back.
-    estimates = follow(on_map(town), steps_of(poses, seed=1, scale=scale)[:1500])
+    estimates = follow(on_map(town), steps_of(poses, seed=1, scale=scale)[:1100])
     half = estimates[len(estimates) // 2:]
     assert np.median([each.scale for each in half]) == pytest.approx(scale, rel=0.02)
 

@@ -84,5 +84,4 @@ def test_a_hand_held_camera_in_a_crowd_does_not(drive, shaking):
         return cv2.warpAffine(frame, turn, (320, 240), borderMode=cv2.BORDER_REFLECT)
 
     frames = [crowded(number, frame) for number, frame in enumerate(drive)]
-    assert Reason.NOT_ONE_MOTION in followed(frames, 0.5)
-    assert Reason.RATE_TOO_LOW in followed(frames, 0.5)
+    assert set(followed(frames, 0.5)) >= {Reason.NOT_ONE_MOTION, Reason.RATE_TOO_LOW}

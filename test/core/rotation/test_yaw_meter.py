@@ -6,6 +6,7 @@ from functools import cache
 import math
 
 import cv2
+from kitti import grey_pictures
 import numpy as np
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
@@ -207,8 +208,7 @@ def test_reset_starts_anew():
 @pytest.mark.parametrize(
     ('clip', 'focal_px', 'expected'), [('00', 718.856, 1), ('06', 707.091, 0)])
 def test_kitti(kitti_root, clip, focal_px, expected, mirrored):
-    files = sorted((kitti_root / clip / 'image_0').glob('*.png'))
-    frames = [cv2.imread(str(file), cv2.IMREAD_GRAYSCALE) for file in files]
+    frames = grey_pictures(kitti_root / clip)
     truth = np.degrees(poses_from_kitti(np.loadtxt(kitti_root / clip / 'poses.txt'))[:, 2])
     truth -= truth[0]
     stamps = np.rint(np.loadtxt(kitti_root / clip / 'times.txt') * 1e9).astype(int).tolist()

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The offline replay."""
 
+from functools import lru_cache
+
 import numpy as np
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.replay.run import replay, Watcher
@@ -159,6 +161,7 @@ def test_real_driving_seen_in_a_mirror(kitti_root):
     assert mirrored.direction == [mirror[code] for code in result.direction]
 
 
+@lru_cache(maxsize=2)
 def replayed(path, threshold):
     parameters = Parameters().with_values({'threshold': threshold})
     with open_source(path) as source:

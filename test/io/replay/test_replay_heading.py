@@ -6,6 +6,7 @@ from functools import lru_cache
 import json
 import math
 
+from half_size import half_demo
 import numpy as np
 from phase_traj_ros.core import (
     Direction,
@@ -24,7 +25,7 @@ from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.synthetic import named_drive, render_drive, write_drive_bag
+from phase_traj_ros.synthetic import render_drive, write_drive_bag
 from phase_traj_ros.synthetic.degradations import sensor_noise
 from phase_traj_ros.tasks.batch.job import replay_source
 from phase_traj_ros.tasks.batch.request import ReplayRequest
@@ -37,13 +38,13 @@ PAPER = {'code_source': 'shift'}
 
 @lru_cache
 def town():
-    return named_drive('demo').build_scene()
+    return half_demo(1).build_scene()
 
 
 @lru_cache
 def demo():
     """Return the demo's drive up to the end of its second turn, and its frames."""
-    drive = named_drive('demo').take(range(135))
+    drive = half_demo(135)
     stamps = drive.stamps_ns.tolist()
     return drive, [StampedFrame(image, stamp) for image, stamp in zip(
         render_drive(drive, scene=town()), stamps)]

@@ -21,11 +21,11 @@ BARS = 0.1
 def frames():
     scenes = [
         plan_drive('a scene', [Straight(1.5), Turn(angle, 3.5, 4.5), Straight(1.5)],
-                   rate_hz=15.0, speed=8.0, camera=CAMERA, seed=seed)
+                   rate_hz=10.0, speed=8.0, camera=CAMERA, seed=seed)
         for angle, seed in ((90, 5), (-90, 8))]
     pictures = [picture for scene in scenes for picture in render_drive(scene)]
     return [
-        StampedFrame(black_bars(bonnet(picture), sides=BARS), number * 66_666_667)
+        StampedFrame(black_bars(bonnet(picture), sides=BARS), number * 100_000_000)
         for number, picture in enumerate(pictures)]
 
 

@@ -195,10 +195,9 @@ def blocked():
     return set(map(int, signal.pthread_sigmask(signal.SIG_BLOCK, ())))
 
 
-def test_processes_block_the_signals_from_their_first_moment():
+def test_processes_block_the_signals_from_their_first_moment(processes):
     # A handler would be set only after the imports, which a signal would end in a traceback.
-    with IsolatedProcesses(1) as executor:
-        assert {signal.SIGINT, signal.SIGTERM, signal.SIGHUP} <= executor.submit(blocked).result()
+    assert {signal.SIGINT, signal.SIGTERM, signal.SIGHUP} <= processes.submit(blocked).result()
     assert not {signal.SIGINT, signal.SIGTERM, signal.SIGHUP} & blocked()
 
 

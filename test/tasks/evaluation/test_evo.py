@@ -8,9 +8,10 @@ import shutil
 import subprocess
 import sys
 
+from half_size import half_demo
 import numpy as np
 from phase_traj_ros.cli.main import main
-from phase_traj_ros.synthetic import named_drive, write_drive_bag
+from phase_traj_ros.synthetic import write_drive_bag
 from phase_traj_ros.tasks.evaluation.odometry_errors import relative_errors
 from phase_traj_ros.tasks.evaluation.scores import absolute_error
 import pytest
@@ -20,7 +21,7 @@ import pytest
 def drive():
     """Return the demo's drive up to the end of its second turn; skip without evo."""
     pytest.importorskip('evo')
-    return named_drive('demo').take(range(135))
+    return half_demo(135)
 
 
 @pytest.fixture(scope='module')
