@@ -10,10 +10,12 @@ import math
 from half_size import HALF
 import numpy as np
 from phase_traj_ros.core import (
+    CameraEstimate,
     CameraModel,
     CodeSource,
     EstimatorSettings,
     Lens,
+    PairStatus,
     PathSource,
     TrajectoryEstimator,
     TravelState,
@@ -85,6 +87,25 @@ def test_without_metres_the_path_is_in_heights_of_the_camera():
     assert total(updates) == pytest.approx(true, rel=0.03)
     assert updates[-1].tip.x == pytest.approx(true, rel=0.05)
     assert all(update.travel.variance > 0.0 for update in updates)
+
+
+def test_the_distance_is_as_uncertain_as_the_focal_length():
+    frames, _, model, _ = street()
+    found = {}
+    for deviation in (0.02, 0.3):
+        camera = YawCamera(Lens(estimate=CameraEstimate(
+            width=model.width, height=model.height, focal_px=model.fx,
+            focal_deviation=deviation)))
+        meter = DistanceMeter(settings())
+        camera.measure(frames[0], 0.1)
+        meter.start(frames[0], camera)
+        found[deviation] = [
+            meter.update(frame, camera, camera.measure(frame, 0.1), PairStatus.OK, 0, S // 10)
+            for frame in frames[1:20]][-1]
+    sure, doubtful = found.values()
+    assert doubtful.distance == pytest.approx(sure.distance)
+    assert doubtful.scale ** 2 - sure.scale ** 2 == pytest.approx(0.3 ** 2 - 0.02 ** 2)
+    assert doubtful.variance > sure.variance + (0.25 * sure.distance) ** 2
 
 
 def test_a_height_makes_metres_of_it():

@@ -28,6 +28,16 @@ def test_a_camera_is_learned_from_upright_frames(upside_down):
     assert np.array_equal(seen, [frame])
 
 
+def test_every_stamp_is_told_to_what_is_learned():
+    told, learning = [], SelfCalibration()
+    learning.add_stamp = told.append
+    compass = VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learning)
+    compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.start(5)
+    compass.add(None, 5 + TENTH, 0.1)
+    assert told == [5, 5 + TENTH]
+
+
 def test_the_end_of_a_drive_is_told_to_what_is_learned():
     told, learning = [], SelfCalibration()
     learning.finish = lambda: told.append(True)
@@ -114,6 +124,8 @@ def test_a_learned_camera_is_taken_even_if_it_is_what_was_guessed():
         assert np.isfinite(follow(estimator, frames)).all()
         assert estimator.camera.lens == Lens(estimate=learned)
         assert estimator.camera.in_use.settled is settled
+        # The heading is as uncertain as the camera.
+        assert estimator.tracker.scale_deviation == learned.focal_deviation
 
 
 class Learner(SelfCalibration):

@@ -82,6 +82,14 @@ def test_what_stays_while_the_camera_turns_is_fixed_to_it(step):
     assert not fixed[(y > 125) | (x < 50) | (x > 250)].any()
 
 
+def test_nothing_is_fixed_to_a_camera_that_stands():
+    """The road, which must move while the vehicle drives, rests as well."""
+    meter = YawMeter(cylinder(200.0))
+    for _ in range(30):
+        meter.update(far(0), 0.1)
+    assert not meter._matcher._grid.fixed.any()
+
+
 def test_a_line_tells_to_which_side_the_image_has_moved_farther_than_foreseen():
     line = Scanline(cylinder(LONG_FOCAL), far(0))
     for moved, foreseen in ((6, 4.0), (2, 4.0), (-5, -3.0), (3, 3.0)):
