@@ -362,13 +362,36 @@ def test_reversing_goes_back():
     assert updates[-1].tip.x < updates[20].tip.x - 5.0
 
 
-def test_a_fast_road_is_measured_while_it_is_in_view():
+def test_frames_are_left_out_while_the_road_is_measured_and_stays_in_view():
     meter = DistanceMeter(settings(camera_height=1.5))
     assert meter.reaches(1.0)
     frames, _, model, _ = street()
     camera = YawCamera(Lens(camera=model))
     camera.measure(frames[0], 0.1)
     meter.start(frames[0], camera)
-    assert meter.reaches(1.0)
+
+    def add(frame):
+        return meter.update(
+            frame, camera, camera.measure(frame, 0.1), PairStatus.OK, 0, S // 10).state
+
+    assert not meter.reaches(0.04)
+    assert [add(frame) for frame in frames[1:5]][-1] is TravelState.MEASURED
+    assert meter.reaches(0.04) and not meter.reaches(1.0)
     meter.heights_per_second = 20.0
     assert meter.reaches(0.04) and not meter.reaches(0.08)
+    assert add(np.full_like(frames[5], 128)) is TravelState.BRIDGED
+    assert not meter.reaches(0.04)
+
+
+def test_frames_are_left_out_where_no_road_is_in_view():
+    frames, _, model, _ = street()
+    for pitch, reached in ((0.0, False), (-50.0, True)):
+        meter = DistanceMeter(settings(camera_height=1.5, camera_pitch_deg=pitch))
+        camera = YawCamera(Lens(camera=model))
+        camera.measure(frames[0], 0.1)
+        meter.start(frames[0], camera)
+        assert not meter.reaches(0.04)
+        meter.update(
+            frames[1], camera, camera.measure(frames[1], 0.1), PairStatus.OK, 0, S // 10)
+        meter.heights_per_second = None
+        assert meter.reaches(0.04) is reached
