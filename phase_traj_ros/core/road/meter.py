@@ -9,7 +9,6 @@ towards the vehicle. It is measured from a keyframe, which is up to half a secon
 """
 
 from dataclasses import replace
-from itertools import zip_longest
 import math
 
 import numpy as np
@@ -60,6 +59,11 @@ class RoadMeter:
         self._key = RoadKeyframe()
         self._profile = SpeedProfile()
 
+    @property
+    def sees_road(self) -> bool:
+        """Return whether the road may be in view."""
+        return self._matchers != ()
+
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """Continue with this mask; no pair is lost."""
         if mask is not self._mask:
@@ -76,8 +80,7 @@ class RoadMeter:
         """Add a frame that is the first of a pair."""
         self._key_frame, self._key = frame, RoadKeyframe()
         for matcher in self._matchers or ():
-            matcher.project(frame)
-            matcher.set_reference()
+            matcher.restart(frame)
 
     def update(
         self, frame: Frame, interval: float, motion: CameraMotion | None, *,
@@ -101,19 +104,21 @@ class RoadMeter:
             driven = self.speed_filter.speed * max(motion.age, interval)
             if not self.speed_filter.known or driven > TUNING.min_slide:
                 self.tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
-            self._key.add_rotation(
-                motion.yaw, self._pitch_change(motion.pitch, interval), motion.roll, interval,
-                motion.near)
+            turn = (motion.yaw, self._pitch_change(motion.pitch, interval), motion.roll)
+            self._key.add_rotation(*turn, interval, motion.near)
         elif yaw is not None:
-            self._key.add_rotation(yaw, 0.0, 0.0, interval)
+            turn = (yaw, 0.0, 0.0)
+            self._key.add_rotation(*turn, interval)
         else:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured)
         return self._measure(
-            frame, interval,
+            frame, interval, rotation(*turn),
             turns=motion is not None and abs(motion.yaw) > TUNING.driving_yaw_rate * interval)
 
-    def _measure(self, frame: Frame, interval: float, *, turns: bool) -> Travel:
+    def _measure(
+        self, frame: Frame, interval: float, turn: NDArray[np.float64], *, turns: bool,
+    ) -> Travel:
         """Compare the road with that of the keyframe, or bridge the pair."""
         key = self._key
         if self.tilt.deviation > TUNING.max_pitch_deviation:
@@ -125,47 +130,47 @@ class RoadMeter:
         if not self._matchers or self._key_frame is None:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured, turns=turns)
-        turn = rotation(key.yaw, key.pitch, key.roll)
+        since_key = rotation(key.yaw, key.pitch, key.roll)
         for matcher in self._matchers:
             matcher.project(frame)
-            matcher.compare(turn)
-        self._add_to_profile()
-        found = self._search(interval)
+            matcher.compare(since_key)
+        found = self._slides(interval, self.speed_filter)
+        rivalled = key.agreed and key.drives and all(
+            map(PatchMatcher.is_rivalled, self._matchers, found))
+        if rivalled or not any(found):
+            self._add_to_profile(interval, turn)
+        if not any(found):
+            found = self._search_further(interval)
         travel = self._combine_slides(list(filter(None, found)), interval)
         if travel is None or key.expired:
             self._renew(frame)
-        rivalled = key.agreed and key.drives and all(
-            matcher.is_rivalled(each) for matcher, each in zip_longest(self._matchers, found))
         # The copies of an encoder have no common speed over half a second.
         rivalled = rivalled and not self._profile.confirms(self.speed_filter.speed)
         travel = travel or self.speed_filter.bridge(interval, self._measured, turns=turns)
         return replace(travel, rivalled=rivalled)
 
-    def _search(self, interval: float) -> list[RoadSlide | None]:
-        """Return the slide of each patch, None where none is significant."""
-        found = self._slides(interval, self.speed_filter)
-        if any(found):
-            return found
+    def _search_further(self, interval: float) -> list[RoadSlide | None]:
+        """Return slides beyond the bounds of the speed, or that of the profile."""
         speeds = self.speed_filter
         if speeds.known and speeds.speed == 0.0 and self._key.min_slide > 0.0:
             # All patches agree on a slide that no vehicle reaches from standing: the picture was
             # frozen. (When driving, an encoder or the pattern of the markings may cause the same.)
-            anywhere = list(filter(None, self._slides(interval, SpeedFilter())))
+            found = self._slides(interval, SpeedFilter())
+            anywhere = list(filter(None, found))
             if 1 < len(anywhere) == len(found) == len(self._agreeing(anywhere, anywhere[0])):
                 speeds.forget()
                 self._key.age = interval
-                return [*anywhere]
+                return found
         return [self._slide_by_profile(interval)]
 
-    def _add_to_profile(self) -> None:
-        """Add the newest comparison to the profile of the speed."""
-        ways = self._profile.speeds * self._key.age
+    def _add_to_profile(self, interval: float, turn: NDArray[np.float64]) -> None:
+        """Add the changes in the newest frames to the profile of the speed."""
+        ways = self._profile.speeds * interval
         scores = np.array([
-            matcher.scores_at(ways, scale=self._slide_scale(matcher.depth))
+            matcher.scores_of_changes(ways, turn, scale=self._slide_scale(matcher.depth))
             for matcher in self._matchers or ()]).sum(axis=0)
-        # Slides near 0 may be those of fixed patterns and their side lobes.
-        beyond = max(self._key.min_slide, TUNING.profile_begins)
-        self._profile.add(scores, np.isfinite(scores) & (ways > beyond))
+        # Patterns that change their place a little make slides near 0.
+        self._profile.add(scores, np.isfinite(scores) & (ways > TUNING.profile_begins))
 
     def _slide_by_profile(self, interval: float) -> RoadSlide | None:
         """Return the slide at the speed of the profile; None if it has none."""
@@ -305,5 +310,4 @@ class RoadMeter:
             PatchMatcher(patch) for patch in patches if patch.share > TUNING.min_seen)
         if self._key_frame is not None:
             for matcher in self._matchers:
-                matcher.project(self._key_frame)
-                matcher.set_reference()
+                matcher.restart(self._key_frame)

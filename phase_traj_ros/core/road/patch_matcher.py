@@ -5,9 +5,11 @@ Finds the slide of a road patch despite patterns that do not slide.
 
 Reflections on the windscreen, dirt and the grid of an encoder do not move. On smooth asphalt,
 their peak at zero is higher than that of the road. The moving road averages out, so the mean of
-the patches is subtracted from each of them.
+the patches is subtracted from each of them. What an encoder copies from frame to frame changes too
+often for a mean, but is not in the difference of two frames.
 """
 
+from collections import deque
 from dataclasses import dataclass
 import math
 
@@ -47,9 +49,11 @@ class PatchMatcher:
         """Make a matcher without a keyframe."""
         self._patch = patch
         self._correlator = PatchCorrelator(patch.window)
-        self._newest: NDArray[np.float32] = np.zeros(patch.shape, np.float32)
+        self._change_correlator = PatchCorrelator(patch.window)
+        # Those of the last three frames.
+        self._newest: deque[NDArray[np.float32]] = deque(maxlen=3)
         # Mean of the newest patches of a moving road, and their number.
-        self._pattern, self._patches = self._newest, 0
+        self._pattern, self._patches = np.zeros(patch.shape, np.float32), 0
 
     @property
     def depth(self) -> float:
@@ -58,7 +62,13 @@ class PatchMatcher:
 
     def project(self, frame: Frame) -> None:
         """Project a frame (H, W) to the patch, which becomes the newest one."""
-        self._newest = self._patch(frame)
+        self._newest.append(self._patch(frame))
+
+    def restart(self, frame: Frame) -> None:
+        """Project the first frame of a pair (H, W), and make it the reference."""
+        self._newest.clear()
+        self.project(frame)
+        self.set_reference()
 
     def compare(self, turn: NDArray[np.float64]) -> None:
         """Compare the newest patch with the reference; ``turn`` (3, 3) is the rotation since."""
@@ -72,7 +82,7 @@ class PatchMatcher:
         """Add the newest patch, on which the road has moved, to the mean pattern."""
         self._patches = min(self._patches + 1, TUNING.pattern_patches)
         self._pattern = self._pattern + (
-            self._newest - self._pattern) / np.float32(self._patches)
+            self._newest[-1] - self._pattern) / np.float32(self._patches)
 
     def deviation(self, key: RoadKeyframe) -> float:
         """Return the standard deviation of a slide in camera heights, without that of the tilt."""
@@ -103,11 +113,22 @@ class PatchMatcher:
             raw / scale, self.deviation(key), peak.score, self.depth, raw,
             beside or below < peak.cells < above, peak.cells < least - TUNING.fixed_cells)
 
-    def scores_at(
-        self, ways: NDArray[np.float64], *, scale: float,
+    def scores_of_changes(
+        self, ways: NDArray[np.float64], turn: NDArray[np.float64], *, scale: float,
     ) -> NDArray[np.float64]:
-        """Return the scores of slides, (N,) in camera heights; NaN beyond the range of the map."""
-        return self._correlator.scores_at(ways * scale / CELL)
+        """
+        Return the scores of slides between the two newest frames, by what changes in each.
+
+        The slides ``ways`` are (N,), in camera heights; ``turn`` (3, 3) is the rotation of the
+        pair. Scores beyond the range of the map are NaN; so are all after less than three
+        successive frames.
+        """
+        if len(self._newest) < 3:
+            return np.full(len(ways), np.nan)
+        first, second, third = self._newest
+        self._change_correlator.set_reference(second - first)
+        self._change_correlator.compare(self._patch.derotated(third - second, turn))
+        return self._change_correlator.scores_at(ways * scale / CELL)
 
     def is_rivalled(self, found: RoadSlide | None) -> bool:
         """Return whether another slide is significant, and more than the one that was found."""
@@ -131,8 +152,8 @@ class PatchMatcher:
     @property
     def _without_fixed(self) -> NDArray[np.float32]:
         if self._patches < TUNING.min_patches:
-            return self._newest
-        return self._newest - self._pattern
+            return self._newest[-1]
+        return self._newest[-1] - self._pattern
 
     @property
     def _slide_per_pitch(self) -> float:

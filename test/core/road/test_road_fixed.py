@@ -12,7 +12,6 @@ from phase_traj_ros.core.road.keyframe import RoadKeyframe
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.patch_matcher import PatchMatcher
 from phase_traj_ros.core.road.travel import TravelState
-from phase_traj_ros.core.road.tuning import TUNING
 import pytest
 from road_scene import drive, motion, NOISE, PINHOLE, Road
 
@@ -47,6 +46,45 @@ def test_a_reflection_stays_out_though_the_springs_move_the_road_under_it():
     late = travels[15:]
     assert {travel.state for travel in late} <= {TravelState.MEASURED, TravelState.BRIDGED}
     assert np.mean([travel.distance for travel in late]) == pytest.approx(0.6, rel=0.05)
+
+
+def with_copies(roads):
+    """Return pictures of the road in which a film copies most of it, eight times at most."""
+    rng = np.random.default_rng(1)
+    for index, road in enumerate(roads):
+        if index % 8 == 0:
+            copied = cv2.GaussianBlur(rng.normal(size=PINHOLE.shape), (0, 0), 2.0)
+            copied *= 10.0 / copied.std()
+        yield (128.0 + copied + 0.1 * (road - 128.0)).astype(np.uint8)
+
+
+def test_the_road_is_measured_through_copies_that_are_renewed_too_often_for_a_mean():
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
+    first, *others = with_copies(road.seen(0.5 * index) for index in range(40))
+    meter.start(first)
+    travels = [meter.update(picture, 0.04, motion(passing=0.012)) for picture in others]
+    late = travels[15:]
+    assert {travel.state for travel in late} == {TravelState.MEASURED, TravelState.BRIDGED}
+    assert np.mean([travel.distance for travel in late]) == pytest.approx(0.5, rel=0.03)
+
+
+@pytest.mark.parametrize('yaw', [0.0, 0.06])
+def test_what_changes_from_frame_to_frame_is_the_road(yaw):
+    road, patch = Road(PINHOLE), GroundPatch(
+        PINHOLE, Horizon(), stretches(PINHOLE, Horizon())[0])
+    matcher, slides = PatchMatcher(patch), np.arange(10) * 0.1
+    pictures = list(with_copies(
+        road.seen(0.5 * index, yaw=yaw * index) for index in range(3)))
+    for number, picture in enumerate(pictures):
+        scores = matcher.scores_of_changes(slides, np.eye(3), scale=1.0)
+        assert np.isnan(scores).all()
+        (matcher.project if number else matcher.restart)(picture)
+    matcher.compare(np.eye(3))
+    assert matcher.is_rivalled(None)
+    scores = matcher.scores_of_changes(slides, rotation(yaw, 0.0, 0.0), scale=1.0)
+    assert slides[scores.argmax()] == 0.5
+    matcher.restart(pictures[0])
+    assert np.isnan(matcher.scores_of_changes(slides, np.eye(3), scale=1.0)).all()
 
 
 def test_what_does_not_move_with_the_world_is_no_road():
@@ -105,8 +143,7 @@ def test_what_three_patches_share_is_taken_out(learned, shown):
     matcher.set_reference()
     matcher.project(roads[1] + shine)
     matcher.compare(np.eye(3))
-    at_zero = matcher.scores_at(np.zeros(1), scale=1.0)
-    assert (at_zero > TUNING.min_score) == shown
+    assert matcher.is_rivalled(None) == shown
 
 
 def test_a_part_of_the_road_that_stands_is_a_rival_of_the_rest():
