@@ -135,9 +135,8 @@ class RoadMeter:
             matcher.project(frame)
             matcher.compare(since_key)
         found = self._slides(interval, self.speed_filter)
-        rivalled = key.agreed and key.drives and all(
-            map(PatchMatcher.is_rivalled, self._matchers, found))
-        if rivalled or not any(found):
+        rivals = [matcher.is_rivalled(each) for matcher, each in zip(self._matchers, found)]
+        if any(rivals) or not any(found):
             self._add_to_profile(interval, turn)
         if not any(found):
             found = self._search_further(interval)
@@ -145,7 +144,8 @@ class RoadMeter:
         if travel is None or key.expired:
             self._renew(frame)
         # The copies of an encoder have no common speed over half a second.
-        rivalled = rivalled and not self._profile.confirms(self.speed_filter.speed)
+        rivalled = (key.agreed and key.drives and all(rivals)
+                    and not self._profile.confirms(self.speed_filter.speed))
         travel = travel or self.speed_filter.bridge(interval, self._measured, turns=turns)
         return replace(travel, rivalled=rivalled)
 

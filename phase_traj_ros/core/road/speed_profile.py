@@ -45,12 +45,22 @@ class SpeedProfile:
 
     def confirms(self, speed: float) -> bool:
         """Return whether a speed agrees with that of the profile."""
-        best = self.best
-        return best is not None and abs(best[0] - speed) <= TUNING.profile_width * speed
+        found = self._find()
+        return found is not None and (
+            abs(self.speeds[found[0]] - speed) <= TUNING.profile_width * speed)
 
     @property
     def best(self) -> tuple[float, float] | None:
         """Return the most significant speed and its score; None if none is significant."""
+        found = self._find()
+        if found is None:
+            return None
+        at, score, newest = found
+        # The newest pair has to agree: the road may be out of sight.
+        return (float(self.speeds[at]), score) if newest >= TUNING.profile_newest else None
+
+    def _find(self) -> tuple[int, float, float] | None:
+        """Return the number of the best speed, its score, and what it has in the newest pair."""
         most = float(self._weight.max())
         known = self._weight > max(TUNING.profile_pairs, TUNING.profile_share * most)
         if not known.any():
@@ -66,8 +76,6 @@ class SpeedProfile:
             TUNING.profile_width * speed, 4 * TUNING.profile_step)
         least = max(TUNING.profile_score / math.sqrt(most),
                     TUNING.profile_ratio * float(above[apart].max(initial=0.0)))
-        # The newest pair has to agree: the road may be out of sight.
-        newest = float(self._newest[at] - np.median(self._newest[known]))
-        if above[at] < least or newest < TUNING.profile_newest:
+        if above[at] < least:
             return None
-        return speed, float(mean[at])
+        return at, float(mean[at]), float(self._newest[at] - np.median(self._newest[known]))
