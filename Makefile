@@ -25,8 +25,8 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-noble noble-environment lint colcon dist bench bench-system robustness \
-	any-camera distance frame-rate cross-traffic mutants locate film docs docs-links version release \
-	pins clean
+	any-camera distance compression frame-rate cross-traffic mutants locate film docs docs-links \
+	version release pins clean
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1 /p' $(MAKEFILE_LIST) \
@@ -86,6 +86,10 @@ robustness:  ## Measure robustness to noise against peers; writes docs/measureme
 distance:  ## Measure distances on clips and drives; writes docs/measurements/distance.md
 	@$(environment) .venv --extras ros
 	@.venv/bin/python -m benchmarks.distance.distance
+
+compression:  ## Measure distances in compressed films; writes docs/measurements/compression.md
+	@$(environment) .venv --extras ros,video
+	@.venv/bin/python -m benchmarks.distance.compression
 
 frame-rate:  ## Measure drives at 5 to 120 Hz; writes docs/measurements/frame_rate.md
 	@$(environment) .venv --extras ros
