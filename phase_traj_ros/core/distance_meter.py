@@ -29,8 +29,6 @@ class DistanceMeter:
         self._height = CameraHeight(settings.camera_height, settings.camera_height_deviation)
         self.heights_per_second: float | None = None
         """Newest speed in heights of the camera per second, 0 or more; None if it is unknown."""
-        # Whether it was measured in the newest pair.
-        self._measured = False
         self._meter: RoadMeter | None = None
         self._form: tuple[Lens, tuple[int, ...], bool] | None = None
 
@@ -74,7 +72,6 @@ class DistanceMeter:
             if on_road.state is TravelState.UNKNOWN and not status.judged:
                 on_road = replace(on_road, distance=0.0)
             on_road = on_road.scaled(1.0, camera.lens.focal_deviation)
-        self._measured = on_road is not None and on_road.measured
         self.heights_per_second = (
             abs(on_road.distance) / interval if on_road is not None and on_road.known else None)
         if self._measures_road and self._update_camera(frame, camera) and self._meter is not None:
@@ -83,7 +80,6 @@ class DistanceMeter:
             return on_road
         given = self._given_distance(status, stamp_ns, interval_ns)
         if given is not None:
-            self._measured = True
             self.heights_per_second = abs(given) / (
                 interval * (self._height.metres or TUNING.usual_height))
             if (given > 0.0 and on_road is not None and on_road.state is TravelState.MEASURED
@@ -102,11 +98,10 @@ class DistanceMeter:
 
     def reaches(self, seconds: float) -> bool:
         """Return whether the road can still be compared ``seconds`` after the newest pair."""
-        if self._meter is None or not self._meter.sees_road:
-            return True
-        # Where the distance is hard to measure, every frame counts.
-        speed = self.heights_per_second if self._measured else None
-        return speed is not None and speed * seconds <= TUNING.max_foreseen_slide
+        if self._meter is not None and self._meter.needs_every_frame:
+            return False
+        speed = self.heights_per_second
+        return self._meter is None or speed is None or speed * seconds <= TUNING.max_foreseen_slide
 
     @property
     def _measures_road(self) -> bool:

@@ -273,7 +273,7 @@ def test_a_vehicle_that_stands_goes_exactly_nowhere():
 
 def filmed(frames, quality):
     """Return frames as x264 keeps them at a constant rate factor, without an odd last column."""
-    # With several threads, most runs would give another film; with one, some runs do.
+    # Runs of the encoder differ, with one thread less often: what is asked must hold for all.
     av = pytest.importorskip('av')
     height, width = frames[0].shape[0] // 2 * 2, frames[0].shape[1] // 2 * 2
     file = io.BytesIO()
@@ -377,21 +377,23 @@ def test_frames_are_left_out_while_the_road_is_measured_and_stays_in_view():
     assert not meter.reaches(0.04)
     assert [add(frame) for frame in frames[1:5]][-1] is TravelState.MEASURED
     assert meter.reaches(0.04) and not meter.reaches(1.0)
-    meter.heights_per_second = 20.0
+    speed, meter.heights_per_second = meter.heights_per_second, 20.0
     assert meter.reaches(0.04) and not meter.reaches(0.08)
-    assert add(np.full_like(frames[5], 128)) is TravelState.BRIDGED
+    meter.heights_per_second = speed
+    # The speed is in doubt after half a second without a measurement.
+    grey = np.full_like(frames[5], 128)
+    assert add(grey) is TravelState.BRIDGED and meter.reaches(0.04)
+    assert {add(grey) for _ in range(5)} == {TravelState.BRIDGED}
     assert not meter.reaches(0.04)
 
 
 def test_frames_are_left_out_where_no_road_is_in_view():
     frames, _, model, _ = street()
-    for pitch, reached in ((0.0, False), (-50.0, True)):
-        meter = DistanceMeter(settings(camera_height=1.5, camera_pitch_deg=pitch))
-        camera = YawCamera(Lens(camera=model))
-        camera.measure(frames[0], 0.1)
-        meter.start(frames[0], camera)
-        assert not meter.reaches(0.04)
-        meter.update(
-            frames[1], camera, camera.measure(frames[1], 0.1), PairStatus.OK, 0, S // 10)
-        meter.heights_per_second = None
-        assert meter.reaches(0.04) is reached
+    meter = DistanceMeter(settings(camera_height=1.5, camera_pitch_deg=-50.0))
+    camera = YawCamera(Lens(camera=model))
+    camera.measure(frames[0], 0.1)
+    meter.start(frames[0], camera)
+    assert not meter.reaches(0.04)
+    unknown = meter.update(
+        frames[1], camera, camera.measure(frames[1], 0.1), PairStatus.OK, 0, S // 10)
+    assert unknown.state is TravelState.UNKNOWN and meter.reaches(0.04)

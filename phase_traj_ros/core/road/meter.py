@@ -60,9 +60,9 @@ class RoadMeter:
         self._profile = SpeedProfile()
 
     @property
-    def sees_road(self) -> bool:
-        """Return whether the road may be in view."""
-        return self._matchers != ()
+    def needs_every_frame(self) -> bool:
+        """Return whether the road may be in view, but the speed is in doubt."""
+        return self._matchers != () and self.speed_filter.doubtful
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """Continue with this mask; no pair is lost."""
@@ -174,14 +174,14 @@ class RoadMeter:
 
     def _slide_by_profile(self, interval: float) -> RoadSlide | None:
         """Return the slide at the speed of the profile; None if it has none."""
-        best = self._profile.best if self._key.drives else None
+        best = self._profile.best if self._key.moves else None
         if best is None:
             return None
         (speed, score), speeds, near = best, self.speed_filter, (self._matchers or ())[0]
         least, most = speeds.bounds(TUNING.profile_width * speed)
-        if not least <= speed <= most:
+        if speeds.lost or not least <= speed <= most:
             # When the vehicle brakes, the mean of half a second is too high.
-            if speeds.known and speeds.deviation < TUNING.profile_doubt:
+            if speeds.known and not speeds.doubtful:
                 return None
             speeds.forget()
             self._key.age = interval

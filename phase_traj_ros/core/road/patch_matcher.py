@@ -50,7 +50,7 @@ class PatchMatcher:
         self._patch = patch
         self._correlator = PatchCorrelator(patch.window)
         self._change_correlator = PatchCorrelator(patch.window)
-        # Those of the last three frames.
+        # The patches of the newest three frames.
         self._newest: deque[NDArray[np.float32]] = deque(maxlen=3)
         # Mean of the newest patches of a moving road, and their number.
         self._pattern, self._patches = np.zeros(patch.shape, np.float32), 0
@@ -120,8 +120,8 @@ class PatchMatcher:
         Return the scores of slides between the two newest frames, by what changes in each.
 
         The slides ``ways`` are (N,), in camera heights; ``turn`` (3, 3) is the rotation of the
-        pair. Scores beyond the range of the map are NaN; so are all after less than three
-        successive frames.
+        pair. Scores beyond the range of the map are NaN; so are all after fewer than
+        three successive frames.
         """
         if len(self._newest) < 3:
             return np.full(len(ways), np.nan)

@@ -54,6 +54,11 @@ class SpeedFilter:
         """Return whether the speed was never measured, or too long ago."""
         return not self.known or self.deviation >= TUNING.unknown_speed_deviation
 
+    @property
+    def doubtful(self) -> bool:
+        """Return whether the speed was not measured for about half a second."""
+        return self.deviation >= TUNING.doubtful_deviation
+
     def bounds(self, deviation: float) -> tuple[float, float]:
         """Return the search limits of a speed that is measured with this standard deviation."""
         if self.lost:

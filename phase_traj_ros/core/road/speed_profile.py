@@ -1,11 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Averages the correlation maps of half a second by speed, where no single pair shows the speed.
+Averages correlation maps over half a second by speed, where no single pair shows the speed.
 
 In a film of smooth asphalt, an encoder copies most of the road from frame to frame, and only a few
-markings remain. The slide of the copies is 0, their side lobes are at the same slides in all
-pairs, and noise is anywhere. Only the road has a peak at the same speed in most pairs.
+markings remain. The maps are those of what changes from frame to frame, in which copies hardly
+show. Noise is at another slide in every pair, and only the road has a peak at the same speed in
+most pairs.
 """
 
 import math
@@ -60,7 +61,7 @@ class SpeedProfile:
         return (float(self.speeds[at]), score) if newest >= TUNING.profile_newest else None
 
     def _find(self) -> tuple[int, float, float] | None:
-        """Return the number of the best speed, its score, and what it has in the newest pair."""
+        """Return the index of the best speed, its score, and its height in the newest pair."""
         most = float(self._weight.max())
         known = self._weight > max(TUNING.profile_pairs, TUNING.profile_share * most)
         if not known.any():

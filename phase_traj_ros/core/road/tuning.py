@@ -128,8 +128,8 @@ class RoadTuning:
     """...and above the next highest, ..."""
     profile_width: float = 0.15
     """...which is farther from it than this share of the speed."""
-    profile_doubt: float = 1.0
-    """Least deviation of the last speed that a profile may replace."""
+    doubtful_deviation: float = 1.0
+    """Least deviation of a speed in doubt: a profile may replace it, and every frame counts."""
 
     acceleration: float = 2.0
     """Acceleration of a vehicle in camera heights per second squared (3.3 m/s2 at 1.65 m)."""
