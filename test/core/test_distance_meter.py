@@ -273,7 +273,7 @@ def test_a_vehicle_that_stands_goes_exactly_nowhere():
 
 def filmed(frames, quality):
     """Return frames as x264 keeps them at a constant rate factor, without an odd last column."""
-    # Runs of the encoder differ, with one thread less often: what is asked must hold for all.
+    # With several threads, most runs would give another film; even with one, some do.
     av = pytest.importorskip('av')
     height, width = frames[0].shape[0] // 2 * 2, frames[0].shape[1] // 2 * 2
     file = io.BytesIO()
@@ -302,7 +302,7 @@ def test_a_road_on_which_only_copies_show_is_unclear_though_its_distance_is_unkn
 def test_a_film_is_measured_or_its_road_is_called_unclear(request, road):
     """The encoder copies the road with a wrong motion where that costs it less."""
     if road == 'rendered':
-        # In smaller pictures, even a usual film shortens the way.
+        # In smaller pictures, even moderate compression shortens the distance.
         frames, stamps, model, steps = street(KITTI_CAMERA, 30)
         height = KITTI_CAMERA.above_ground
     else:
