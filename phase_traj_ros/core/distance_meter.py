@@ -98,10 +98,11 @@ class DistanceMeter:
 
     def reaches(self, seconds: float) -> bool:
         """Return whether the road can still be compared ``seconds`` after the newest pair."""
-        if self._meter is not None and self._meter.needs_every_frame:
-            return False
-        speed = self.heights_per_second
-        return self._meter is None or speed is None or speed * seconds <= TUNING.max_foreseen_slide
+        if self._meter is None:
+            return True
+        speed = self.heights_per_second or 0.0
+        return (not self._meter.needs_every_frame
+                and speed * seconds <= TUNING.max_foreseen_slide)
 
     @property
     def _measures_road(self) -> bool:

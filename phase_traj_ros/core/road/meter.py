@@ -113,11 +113,11 @@ class RoadMeter:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured)
         return self._measure(
-            frame, interval, rotation(*turn),
+            frame, interval, turn,
             turns=motion is not None and abs(motion.yaw) > TUNING.driving_yaw_rate * interval)
 
     def _measure(
-        self, frame: Frame, interval: float, turn: NDArray[np.float64], *, turns: bool,
+        self, frame: Frame, interval: float, turn: tuple[float, float, float], *, turns: bool,
     ) -> Travel:
         """Compare the road with that of the keyframe, or bridge the pair."""
         key = self._key
@@ -163,11 +163,11 @@ class RoadMeter:
                 return found
         return [self._slide_by_profile(interval)]
 
-    def _add_to_profile(self, interval: float, turn: NDArray[np.float64]) -> None:
+    def _add_to_profile(self, interval: float, turn: tuple[float, float, float]) -> None:
         """Add the changes in the newest frames to the profile of the speed."""
-        ways = self._profile.speeds * interval
+        ways, turned = self._profile.speeds * interval, rotation(*turn)
         scores = np.array([
-            matcher.scores_of_changes(ways, turn, scale=self._slide_scale(matcher.depth))
+            matcher.scores_of_changes(ways, turned, scale=self._slide_scale(matcher.depth))
             for matcher in self._matchers or ()]).sum(axis=0)
         # Patterns that change their place a little make slides near 0.
         self._profile.add(scores, np.isfinite(scores) & (ways > TUNING.profile_begins))
