@@ -5,6 +5,7 @@
 from dataclasses import replace
 from functools import lru_cache
 import io
+from itertools import compress
 import math
 
 from half_size import HALF
@@ -273,12 +274,13 @@ def test_a_vehicle_that_stands_goes_exactly_nowhere():
 
 def filmed(frames, quality):
     """Return frames as x264 keeps them at a constant rate factor, without an odd last column."""
-    # With several threads, most runs would give another film; even with one, some do.
+    # With several threads, or what newer processors have, runs give different films.
     av = pytest.importorskip('av')
     height, width = frames[0].shape[0] // 2 * 2, frames[0].shape[1] // 2 * 2
     file = io.BytesIO()
     with av.open(file, 'w', format='matroska') as film:
-        stream = film.add_stream('libx264', rate=10, options={'crf': str(quality), 'threads': '1'})
+        stream = film.add_stream('libx264', rate=10, options={
+            'crf': str(quality), 'threads': '1', 'x264-params': 'asm=sse2'})
         stream.width, stream.height, stream.pix_fmt = width, height, 'yuv420p'
         for frame in frames:
             grey = np.ascontiguousarray(frame[:height, :width])
@@ -317,19 +319,22 @@ def test_a_film_is_measured_or_its_road_is_called_unclear(request, road):
         estimator = TrajectoryEstimator(EstimatorSettings(
             lens=Lens(camera=replace(model, width=shown[0].shape[1])),
             code_source=CodeSource.AUTO, camera_height=height))
-        for frame, stamp in zip(shown, stamps):
-            estimator.update(frame, stamp)
-        return estimator
+        updates = [estimator.update(frame, stamp) for frame, stamp in zip(shown, stamps)]
+        return estimator, [update.travel for update in updates[1:]]
 
-    whole = driven(frames)
-    assert whole.way.distance == pytest.approx(steps.sum(), rel=0.03)
-    assert whole.reliability.of_drive.reliable
+    estimator, whole = driven(frames)
+    assert estimator.way.distance == pytest.approx(steps.sum(), rel=0.03)
+    assert estimator.reliability.of_drive.reliable
     for quality in (23, 30, 40):
-        film = driven(filmed(frames, quality))
-        near = film.way.distance == pytest.approx(whole.way.distance, rel=0.03)
-        assert near or 'road_unclear' in film.reliability.words
+        estimator, film = driven(filmed(frames, quality))
+        known = [pair.state is not TravelState.UNKNOWN for pair in film]
+        right, found = (
+            sum(pair.distance for pair in compress(pairs, known)) for pairs in (whole, film))
+        assert sum(known) > 0.8 * len(film)
+        near = found == pytest.approx(right, rel=0.03)
+        assert near or 'road_unclear' in estimator.reliability.words
         if quality == 23:
-            assert near and film.reliability.of_drive.reliable
+            assert near and estimator.reliability.of_drive.reliable
 
 
 @pytest.mark.parametrize(('sequence', 'stretch'), [('00', slice(20, 90)), ('06', slice(0, 51))])
