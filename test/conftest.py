@@ -55,6 +55,11 @@ def shared(folder, variable):
     return root
 
 
+def pytest_collection_modifyitems(items):
+    # Tests of processes mostly wait. At the end, the processors would wait with them.
+    items.sort(key=lambda item: 'integration' not in item.path.parts)
+
+
 def pytest_collection_finish():
     # Thousands of tests, which live to the end, cost each collection of garbage time.
     gc.collect()
