@@ -35,16 +35,17 @@ class ReliabilityMonitor:
 
     def add(
         self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, contradicted: bool = False,
-        measured: bool = True, rivalled: bool = False, cut: bool = False, frames: int = 1,
+        known: bool = True, measured: bool = True, rivalled: bool = False, cut: bool = False,
+        frames: int = 1,
     ) -> None:
         """
         Add the next pair.
 
-        ``contradicted``: the direction code contradicts the heading. ``measured``: the distance is
-        measured or given, or not required in metres. ``rivalled``: another motion of the road is
-        more significant than the measured one. ``cut``: the scene changed in the previous pair.
-        ``frames``: number of the second frame minus that of the first one; the pair counts as so
-        many.
+        ``contradicted``: the direction code contradicts the heading. ``known``: the distance is
+        known, or not required in metres; ``measured``: it is also that of this pair, not the last
+        speed. ``rivalled``: another motion of the road is more significant than the measured one.
+        ``cut``: the scene changed in the previous pair. ``frames``: number of the second frame
+        minus that of the first one; the pair counts as so many.
         """
         if not self._parts:
             self._start_ns = self._judged_ns = stamp_ns - interval_ns
@@ -71,6 +72,8 @@ class ReliabilityMonitor:
             self._measured_ns = stamp_ns
         elif stamp_ns - self._measured_ns > TUNING.unmeasured_ns:
             self._spans[Reason.DISTANCE_UNKNOWN].add(self._measured_ns, stamp_ns)
+        elif not known:
+            self._spans[Reason.DISTANCE_UNKNOWN].add(before, stamp_ns)
         if self._is_lost(evidence, interval_ns):
             self._spans[Reason.FRAMES_LOST].add(before, stamp_ns)
         else:
