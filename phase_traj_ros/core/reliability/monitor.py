@@ -26,6 +26,8 @@ class ReliabilityMonitor:
     def __init__(self) -> None:
         """Make a monitor that has seen no pair."""
         self._parts: deque[_Part] = deque()
+        # The sum of those of the parts.
+        self._counts: Counter[Evidence] = Counter()
         self._spans = {reason: Spans() for reason in Reason}
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
         self._measured_ns = 0
@@ -60,6 +62,7 @@ class ReliabilityMonitor:
             return
         self._new_picture_ns = stamp_ns
         part.counts[evidence] += frames
+        self._counts[evidence] += frames
         part.seconds += interval_ns * 1e-9
         part.cuts += cut
         if contradicted:
@@ -115,10 +118,9 @@ class ReliabilityMonitor:
                 self._spans[reason].add(self._judged_ns, until)
             self._judged_ns = until
         parts.append(_Part(stamp_ns))
-        pairs = sum(part.counts.total() for part in parts)
         while (stamp_ns - parts[0].start_ns > TUNING.window_ns
-                and pairs - parts[0].counts.total() >= TUNING.min_pairs):
-            pairs -= parts.popleft().counts.total()
+                and (self._counts - parts[0].counts).total() >= TUNING.min_pairs):
+            self._counts -= parts.popleft().counts
 
     def _is_lost(self, evidence: Evidence, interval_ns: int) -> bool:
         """Return whether frames are missing in a pair, not only at a low frame rate."""
@@ -142,7 +144,7 @@ class ReliabilityMonitor:
 
     def _reasons(self) -> list[Reason]:
         """Return the reasons against the pairs of the window."""
-        counts: Counter[Evidence] = sum((part.counts for part in self._parts), Counter())
+        counts = self._counts
         pairs = counts.total()
         if pairs < TUNING.min_pairs:
             # Too few pairs to give a cause, but they may all be trusted.
