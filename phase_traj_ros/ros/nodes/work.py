@@ -105,9 +105,9 @@ class Work:
             self._saving = Saving(node, offered, values.output_dir, self._snapshot)
             offered.create_service(Trigger, '~/reset', self._on_reset)
             if values.map_file:
-                # The search and its messages take a tenth of the start of a node.
-                from phase_traj_ros.ros.location.location import Location
-                self._location = Location(node, offered, values)
+                # To load the search takes a tenth of the start of a node.
+                from phase_traj_ros.ros.location import location
+                self._location = location.Location(node, offered, values)
         # A subscriber receives the empty chain code before the first image.
         self._outputs.publish_state()
 

@@ -199,8 +199,7 @@ def test_a_distance_that_is_missed_for_more_than_a_second_is_a_span():
 def test_an_unknown_distance_is_a_span_however_short():
     driven = Driven().add('trusted', 0.2, known=False, measured=False).add('trusted', 2.8)
     assert driven.monitor.verdict().words == ('distance_unknown',)
-    [(start, end, words)] = driven.spans
-    assert (start, end) == (pytest.approx(0), pytest.approx(0.2))
+    assert driven.spans == [(pytest.approx(0), pytest.approx(0.2), ('distance_unknown',))]
     driven.add('trusted', 7)
     assert driven.monitor.verdict().reliable
 
