@@ -55,6 +55,16 @@ def shared(folder, variable):
     return root
 
 
+def pytest_make_parametrize_id(val):
+    # Each process sends the names of its tests, and a broken file of a megabyte is no name.
+    return f'{len(val)} long' if isinstance(val, (bytes, str)) and len(val) > 500 else None
+
+
+def pytest_collection_modifyitems(items):
+    # Tests of processes mostly wait. At the end, the processors would wait with them.
+    items.sort(key=lambda item: 'integration' not in item.path.parts)
+
+
 def pytest_collection_finish():
     # Thousands of tests, which live to the end, cost each collection of garbage time.
     gc.collect()

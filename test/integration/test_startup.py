@@ -136,37 +136,40 @@ def test_the_node_says_what_it_runs_with(live, tmp_path):
     live.until_said(f'parameters, with {file[1]}: threshold 9.0, max_gap 1.0')
 
 
-def test_a_frame_is_refused_at_run_time(live):
-    live.start('-p', 'speed:=8.0', '-p', 'hfov_deg:=80.0')
+@pytest.fixture(scope='module')
+def started(shared_live):
+    """Start a node for tests that only ask it; return what they ask it with."""
+    shared_live.start('-p', 'speed:=8.0', '-p', 'hfov_deg:=80.0')
+    return shared_live
+
+
+def test_the_chain_code_is_there_before_the_first_image(started):
+    texts = started.listen(String, 'phase_traj/chain_code', LATCHED)
+    started.until(lambda: texts)
+    assert texts[0].data.startswith('frames 0;')
+
+
+def test_a_frame_is_refused_at_run_time(started):
     for name, value in (
             ('child_frame_id', ''), ('frame_id', '/map'), ('child_frame_id', 'odom')):
-        result = live.set_parameter(name, value)
+        result = started.set_parameter(name, value)
         assert not result.successful
         assert 'frame_id' in result.reason
-    assert live.set_parameter('frame_id', 'odom').successful
+    assert started.set_parameter('frame_id', 'odom').successful
 
 
-def test_where_any_number_goes_no_slider_is_offered(live):
-    live.start()
-    described = {each.name: each for each in live.describe_parameters()}
+def test_where_any_number_goes_no_slider_is_offered(started):
+    described = {each.name: each for each in started.describe_parameters()}
     for name, numbers in (('threshold', 'of 0 or more'),):
         assert list(described[name].floating_point_range) == []
         assert described[name].additional_constraints == f'a finite number {numbers}'
 
 
-def test_the_chain_code_is_there_before_the_first_image(live):
-    live.start()
-    texts = live.listen(String, 'phase_traj/chain_code', LATCHED)
-    live.until(lambda: texts)
-    assert texts[0].data.startswith('frames 0;')
-
-
-def test_the_level_of_the_log_changes_while_the_node_runs(live):
-    live.start()
+def test_the_level_of_the_log_changes_while_the_node_runs(started):
     request = SetLoggerLevels.Request(levels=[LoggerLevel(name='phase_traj', level=10)])
-    answer = live.call(SetLoggerLevels, '/phase_traj/set_logger_levels', request)
+    answer = started.call(SetLoggerLevels, '/phase_traj/set_logger_levels', request)
     assert [each.successful for each in answer.results] == [True]
-    live.until_said('microseconds per image')
+    started.until_said('microseconds per image')
 
 
 @pytest.mark.parametrize('autostart', ['true', 'false'])

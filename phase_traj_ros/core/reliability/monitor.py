@@ -26,6 +26,8 @@ class ReliabilityMonitor:
     def __init__(self) -> None:
         """Make a monitor that has seen no pair."""
         self._parts: deque[_Part] = deque()
+        # The sum of those of the parts.
+        self._counts: Counter[Evidence] = Counter()
         self._spans = {reason: Spans() for reason in Reason}
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
         self._measured_ns = 0
@@ -35,16 +37,17 @@ class ReliabilityMonitor:
 
     def add(
         self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, contradicted: bool = False,
-        measured: bool = True, rivalled: bool = False, cut: bool = False, frames: int = 1,
+        known: bool = True, measured: bool = True, rivalled: bool = False, cut: bool = False,
+        frames: int = 1,
     ) -> None:
         """
         Add the next pair.
 
-        ``contradicted``: the direction code contradicts the heading. ``measured``: the distance is
-        measured or given, or not required in metres. ``rivalled``: another motion of the road is
-        more significant than the measured one. ``cut``: the scene changed in the previous pair.
-        ``frames``: number of the second frame minus that of the first one; the pair counts as so
-        many.
+        ``contradicted``: the direction code contradicts the heading. ``known``: the distance is
+        known, or not required in metres; ``measured``: it is also that of this pair, not the last
+        speed. ``rivalled``: another motion of the road is more significant than the measured one.
+        ``cut``: the scene changed in the previous pair. ``frames``: number of the second frame
+        minus that of the first one; the pair counts as so many.
         """
         if not self._parts:
             self._start_ns = self._judged_ns = stamp_ns - interval_ns
@@ -59,6 +62,7 @@ class ReliabilityMonitor:
             return
         self._new_picture_ns = stamp_ns
         part.counts[evidence] += frames
+        self._counts[evidence] += frames
         part.seconds += interval_ns * 1e-9
         part.cuts += cut
         if contradicted:
@@ -71,6 +75,8 @@ class ReliabilityMonitor:
             self._measured_ns = stamp_ns
         elif stamp_ns - self._measured_ns > TUNING.unmeasured_ns:
             self._spans[Reason.DISTANCE_UNKNOWN].add(self._measured_ns, stamp_ns)
+        elif not known:
+            self._spans[Reason.DISTANCE_UNKNOWN].add(before, stamp_ns)
         if self._is_lost(evidence, interval_ns):
             self._spans[Reason.FRAMES_LOST].add(before, stamp_ns)
         else:
@@ -112,10 +118,9 @@ class ReliabilityMonitor:
                 self._spans[reason].add(self._judged_ns, until)
             self._judged_ns = until
         parts.append(_Part(stamp_ns))
-        pairs = sum(part.counts.total() for part in parts)
         while (stamp_ns - parts[0].start_ns > TUNING.window_ns
-                and pairs - parts[0].counts.total() >= TUNING.min_pairs):
-            pairs -= parts.popleft().counts.total()
+                and (self._counts - parts[0].counts).total() >= TUNING.min_pairs):
+            self._counts -= parts.popleft().counts
 
     def _is_lost(self, evidence: Evidence, interval_ns: int) -> bool:
         """Return whether frames are missing in a pair, not only at a low frame rate."""
@@ -139,7 +144,7 @@ class ReliabilityMonitor:
 
     def _reasons(self) -> list[Reason]:
         """Return the reasons against the pairs of the window."""
-        counts: Counter[Evidence] = sum((part.counts for part in self._parts), Counter())
+        counts = self._counts
         pairs = counts.total()
         if pairs < TUNING.min_pairs:
             # Too few pairs to give a cause, but they may all be trusted.

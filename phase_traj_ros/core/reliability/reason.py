@@ -46,8 +46,8 @@ _SENTENCES = {
                          ' apart than max_gap, or they differ in size or encoding.',
     Reason.FROZEN: 'The camera repeats one image, or one stamp, for more than a second.',
     Reason.FRAMES_LOST: 'Parts of the drive have no frames: they were lost, or could not be used.',
-    Reason.DISTANCE_UNKNOWN: 'The distance could not be measured for more than a second: the'
-                             ' road is not visible, or it moves too far between two frames.',
+    Reason.DISTANCE_UNKNOWN: 'The distance of parts of the drive is unknown: the road is not'
+                             ' visible, or it moves too far between two frames.',
     Reason.ROAD_UNCLEAR: 'Another motion stands out more on the road than that of the vehicle: the'
                          ' video is strongly compressed, or something covers the road.',
     Reason.DIRECTION_CONTRADICTS_HEADING: 'On a straight, the heading is more than 60 degrees away'

@@ -2,9 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The work of the node: images in, codes and path out."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 import time
+from typing import TYPE_CHECKING
 
 import cv2
 from phase_traj_ros.core import (
@@ -32,13 +35,15 @@ from phase_traj_ros.ros.inputs.camera import CameraInput
 from phase_traj_ros.ros.inputs.image import image_topic, ImageInput
 from phase_traj_ros.ros.inputs.mounting import MountInput
 from phase_traj_ros.ros.inputs.speed import SpeedInput
-from phase_traj_ros.ros.location.location import Location
 from phase_traj_ros.ros.nodes.changes import check_change
 from phase_traj_ros.ros.nodes.warnings import Warnings
 from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
 from rclpy.node import Node
 from std_srvs.srv import Trigger
+
+if TYPE_CHECKING:
+    from phase_traj_ros.ros.location.location import Location
 
 
 class Work:
@@ -100,7 +105,9 @@ class Work:
             self._saving = Saving(node, offered, values.output_dir, self._snapshot)
             offered.create_service(Trigger, '~/reset', self._on_reset)
             if values.map_file:
-                self._location = Location(node, offered, values)
+                # To load the search takes a tenth of the start of a node.
+                from phase_traj_ros.ros.location import location
+                self._location = location.Location(node, offered, values)
         # A subscriber receives the empty chain code before the first image.
         self._outputs.publish_state()
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.synthetic.camera import Camera
 from phase_traj_ros.synthetic.drive.drive import Drive, plan_drive
 from phase_traj_ros.synthetic.drive.plan import Straight, Turn
 
@@ -41,14 +42,15 @@ def paper_case_2() -> Drive:
 
 
 def town_drive() -> Drive:
-    """Return 538 frames through streets at odd angles, as on few places of a map."""
+    """Return 538 small frames through streets at odd angles, as on few places of a map."""
     def turn(angle_deg: float, speed: float = 5.5) -> Turn:
         return Turn(angle_deg, max(abs(angle_deg) / 36.0, 0.8), speed)
 
     return plan_drive('town', [
         Straight(4.0), turn(80), Straight(5.0), turn(-95), Straight(3.2), turn(30, 8.0),
         Straight(4.4), turn(100), Straight(6.0), turn(70), Straight(3.0), turn(-35, 8.0),
-        Straight(3.5), turn(-90), Straight(5.0), turn(-65), Straight(4.0)], speed=9.0, seed=4)
+        Straight(3.5), turn(-90), Straight(5.0), turn(-65), Straight(4.0)], speed=9.0, seed=4,
+        camera=Camera.with_field_of_view(620, 188, 82.0))
 
 
 #: Functions that make the drives, by name.

@@ -196,6 +196,14 @@ def test_a_distance_that_is_missed_for_more_than_a_second_is_a_span():
     assert driven.monitor.verdict().reliable
 
 
+def test_an_unknown_distance_is_a_span_however_short():
+    driven = Driven().add('trusted', 0.2, known=False, measured=False).add('trusted', 2.8)
+    assert driven.monitor.verdict().words == ('distance_unknown',)
+    assert driven.spans == [(pytest.approx(0), pytest.approx(0.2), ('distance_unknown',))]
+    driven.add('trusted', 7)
+    assert driven.monitor.verdict().reliable
+
+
 @pytest.mark.parametrize(('height', 'speed', 'reasons'), [
     (1.65, 35.0, (Reason.DISTANCE_UNKNOWN,)), (0.0, 35.0, ()), (1.65, 15.0, ())])
 def test_a_road_that_moves_too_far_between_frames_is_told_where_metres_are_wanted(

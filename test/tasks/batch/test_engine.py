@@ -41,17 +41,17 @@ def marks(marks_of_all):
     return marks_of_all
 
 
-def local_cluster():
+def local_cluster(workers):
     distributed = pytest.importorskip('distributed')
     return distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+        n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None,
         silence_logs=50)
 
 
 @pytest.fixture(scope='module')
 def scheduler(marks_of_all):
     """Return the address of a scheduler, whose workers inherit the folder of marks."""
-    with local_cluster() as found:
+    with local_cluster(workers=2) as found:
         yield found.scheduler_address
 
 
@@ -167,7 +167,7 @@ def test_a_scheduler_that_ends_leaves_rows(tmp_path, marks, monkeypatch):
     monkeypatch.setattr(cluster, '_ANSWER_S', 3)
     batch = Batch(jobs_for(
         tmp_path, [write_rolled(tmp_path / name) for name in ('short', 'endless')]), run=endless)
-    found = local_cluster()
+    found = local_cluster(workers=1)
 
     def end(_):
         if batch.rows[0].status is Status.OK and found.status.name == 'running':
