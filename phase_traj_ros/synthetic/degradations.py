@@ -160,5 +160,5 @@ def encoded(
             film.mux(stream.encode(picture))
         film.mux(stream.encode())
     file.seek(0)
-    with av.open(file) as film:
-        return [frame.to_ndarray(format='gray') for frame in film.decode(video=0)]
+    with av.open(file, 'r') as shown:
+        return [as_bytes(each.to_ndarray(format='gray')) for each in shown.decode(video=0)]
