@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-import io
 
 import av
 from benchmarks.distance import drives
@@ -21,10 +20,10 @@ import cv2
 import numpy as np
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
 from phase_traj_ros.synthetic import Camera
+from phase_traj_ros.synthetic.degradations import encoded
 from phase_traj_ros.tasks.evaluation.scores import way_along
 
 _RATE_FACTORS = (23, 28, 33, 38)
-_FILMS = 3
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'compression.md'
 
 _INTRODUCTION = """
@@ -34,9 +33,9 @@ _INTRODUCTION = """
 
     The frames of real clips and of rendered drives are encoded with x264 at several constant rate
     factors (23 is its default), in full size and in half of it. The calibration of the camera and
-    its height are given. The numbers are errors of the total distance. Two runs of an encoder
-    differ, so each one is the worst of {films}; the words are those of its reliability. At 25 m/s
-    and 10 Hz, the road of the small pictures slides too far between two frames, compressed or not.
+    its height are given. The numbers are errors of the total distance; the words are those of
+    its reliability. At 25 m/s and 10 Hz, the road of the small pictures slides too far between two
+    frames, compressed or not.
 
     Written by `benchmarks/distance/compression.py` with {versions}, PyAV {av}.
     """
@@ -51,7 +50,7 @@ def main() -> None:
                 ride.name, f'{shrunk.camera.width}×{shrunk.camera.height}',
                 followed(shrunk, list(shrunk.frames())), *films(shrunk)))
             print(*rows[-1], sep='  ', flush=True)
-    introduction = _INTRODUCTION.format(films=_FILMS, versions=versions(), av=av.__version__)
+    introduction = _INTRODUCTION.format(versions=versions(), av=av.__version__)
     header = ('drive', 'size', 'not compressed', *map(str, _RATE_FACTORS))
     _DOCUMENT.write_text('\n\n'.join((
         '# Compressed films', paragraphs(introduction), table(header, map(_cells, rows)))) + '\n',
@@ -79,28 +78,10 @@ def half(ride: Ride) -> Ride:
 
 
 def films(ride: Ride) -> Iterator[tuple[float, str]]:
-    """Yield the worst result of the films at each rate factor."""
+    """Yield the result of the film at each rate factor."""
     frames = list(ride.frames())
     for factor in _RATE_FACTORS:
-        yield max((followed(ride, filmed(frames, factor)) for _ in range(_FILMS)),
-                  key=lambda result: abs(result[0]))
-
-
-def filmed(frames: list[np.ndarray], rate_factor: int) -> list[np.ndarray]:
-    """Return frames as x264 keeps them, without an odd last row or column."""
-    height, width = (side // 2 * 2 for side in frames[0].shape)
-    file = io.BytesIO()
-    with av.open(file, 'w', format='matroska') as film:
-        stream = film.add_stream('libx264', rate=10, options={'crf': str(rate_factor)})
-        stream.width, stream.height, stream.pix_fmt = width, height, 'yuv420p'
-        for frame in frames:
-            grey = np.ascontiguousarray(frame[:height, :width])
-            film.mux(stream.encode(
-                av.VideoFrame.from_ndarray(grey, 'gray').reformat(format='yuv420p')))
-        film.mux(stream.encode())
-    file.seek(0)
-    with av.open(file) as film:
-        return [frame.to_ndarray(format='gray') for frame in film.decode(video=0)]
+        yield followed(ride, encoded(frames, rate_factor=factor))
 
 
 def followed(ride: Ride, frames: list[np.ndarray]) -> tuple[float, str]:

@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Degradations of images: noise, blur, gain, night, fog, rain, vibration, lost frames.
+Degradations of images: noise, blur, gain, night, fog, rain, vibration, lost frames, compression.
 
 All are pure functions. Those of a frame take (height, width) uint8 and return the same. Random
 parts depend on ``seed`` only, an integer or several: (drive, frame) seeds one frame of one drive.
@@ -10,11 +10,12 @@ parts depend on ``seed`` only, an integer or several: (drive, frame) seeds one f
 from __future__ import annotations
 
 from collections.abc import Sequence
+import io
 from typing import TypeAlias
 
 import cv2
 import numpy as np
-from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.errors import MissingDependencyError, ParameterError
 from phase_traj_ros.synthetic.arrays import as_bytes, Bytes, Floats, Ints, Singles
 from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA
 
@@ -123,3 +124,41 @@ def kept_frames(count: int, *, lost: float, seed: Seed) -> Ints:
     kept = np.random.default_rng(seed).random(count) >= lost
     kept[:1] = True
     return np.flatnonzero(kept)
+
+
+def encoded(
+    frames: Sequence[Bytes], *, rate_factor: int, rate_hz: int = 10, preset: str = 'medium',
+) -> list[Bytes]:
+    """
+    Return frames as a film of H.264 shows them, which x264 encodes in the same way every time.
+
+    ``rate_factor`` is its constant rate factor, from 0 to 51: more of it compresses more, and 23
+    is common. The encoder needs even sides, so an odd last row or column is cut off.
+
+    Raises
+    ------
+    MissingDependencyError
+        PyAV is not installed.
+
+    """
+    try:
+        import av
+    except ImportError:
+        raise MissingDependencyError(
+            'compressed films need PyAV: install phase_traj_ros[video]') from None
+    (height, width) = (side // 2 * 2 for side in frames[0].shape)
+    file = io.BytesIO()
+    with av.open(file, 'w', format='matroska') as film:
+        # With several threads, or the instructions of newer processors, runs of x264 differ.
+        stream = film.add_stream('libx264', rate=rate_hz, options={
+            'crf': str(rate_factor), 'preset': preset, 'threads': '1',
+            'x264-params': 'asm=sse2'})
+        (stream.width, stream.height, stream.pix_fmt) = (width, height, 'yuv420p')
+        for frame in frames:
+            grey = np.ascontiguousarray(frame[:height, :width])
+            picture = av.VideoFrame.from_ndarray(grey, 'gray').reformat(format='yuv420p')
+            film.mux(stream.encode(picture))
+        film.mux(stream.encode())
+    file.seek(0)
+    with av.open(file, 'r') as shown:
+        return [as_bytes(each.to_ndarray(format='gray')) for each in shown.decode(video=0)]

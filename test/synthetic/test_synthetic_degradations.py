@@ -92,3 +92,16 @@ def test_frames_are_lost_by_their_share_but_never_the_first():
 def test_invalid_amounts_are_refused(wrong):
     with pytest.raises(ParameterError):
         wrong()
+
+
+def test_a_film_is_the_same_every_time_and_coarser_at_a_higher_rate_factor():
+    pytest.importorskip('av')
+    frames = [spoil.sensor_noise(GREY, sigma=5.0, seed=seed) for seed in range(5)]
+    (fine, again, coarse) = (
+        spoil.encoded(frames, rate_factor=factor) for factor in (18, 18, 40))
+    np.testing.assert_array_equal(fine, again)
+    assert np.shape(fine) == (5, 376, 1240)
+    (lost, more) = (
+        np.abs(np.subtract(shown, np.array(frames)[:, :, :-1], dtype=float)).mean()
+        for shown in (fine, coarse))
+    assert 0 < lost < more

@@ -31,7 +31,8 @@ class TransformOutput:
             from tf2_msgs.msg import TFMessage
         except ImportError:
             raise MissingDependencyError(
-                'publish_tf needs tf2_msgs: install ros-jazzy-tf2-msgs, or leave publish_tf off',
+                'publish_tf and publish_map_tf need tf2_msgs: install ros-jazzy-tf2-msgs, or leave'
+                ' both off',
             ) from None
         self._message = TFMessage
         self._publisher = node.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
