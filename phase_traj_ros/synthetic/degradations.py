@@ -139,8 +139,17 @@ def encoded(
     ------
     MissingDependencyError
         PyAV is not installed.
+    ParameterError
+        The rate factor is out of range, there are no frames, they differ in size, or they are
+        smaller than 2 x 2 pixels.
 
     """
+    if not 0 <= rate_factor <= 51:
+        raise ParameterError(f'rate_factor must be from 0 to 51, not {rate_factor}')
+    sizes = {frame.shape for frame in frames}
+    if len(sizes) != 1 or min(min(sizes)) < 2:
+        raise ParameterError(
+            f'a film needs frames of one size, 2 x 2 pixels or more, not {sorted(sizes)}')
     try:
         import av
     except ImportError:

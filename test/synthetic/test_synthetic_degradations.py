@@ -88,7 +88,11 @@ def test_frames_are_lost_by_their_share_but_never_the_first():
     lambda: spoil.blur(GREY, sigma=float('nan')),
     lambda: spoil.gain(GREY, factor=-0.1),
     lambda: spoil.fog(GREY, visibility=-1.0),
-    lambda: spoil.kept_frames(10, lost=1.0, seed=0)])
+    lambda: spoil.kept_frames(10, lost=1.0, seed=0),
+    lambda: spoil.encoded([GREY], rate_factor=52),
+    lambda: spoil.encoded([], rate_factor=23),
+    lambda: spoil.encoded([GREY, GREY[:-2]], rate_factor=23),
+    lambda: spoil.encoded([GREY[:, :1]], rate_factor=23)])
 def test_invalid_amounts_are_refused(wrong):
     with pytest.raises(ParameterError):
         wrong()
