@@ -93,6 +93,9 @@ class GroundPatch:
         """Share of the patch that is visible and not masked out, 0 to 1."""
         self.depth = float(self._ahead @ self.window.sum(axis=1)) / max(total, 1e-9)
         """Weighted mean distance of the patch ahead, in camera heights."""
+        rows_per_cell = np.abs(np.diff(rows[:, across // 2]))[sight.seen[1:, across // 2]]
+        self.blur_cells = TUNING.interpolation_blur / float(np.median(rows_per_cell))
+        """Standard deviation of the blur along the road in a pair of patches, in cells."""
 
     @property
     def shape(self) -> tuple[int, int]:

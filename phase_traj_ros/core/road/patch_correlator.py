@@ -25,9 +25,16 @@ class Peak:
 class PatchCorrelator:
     """Correlates patches with a reference patch."""
 
-    def __init__(self, window: NDArray[np.float32]) -> None:
-        """Make a correlator for patches of the shape of ``window``, (M, N)."""
+    def __init__(self, window: NDArray[np.float32], *, blur_cells: float = 0.0) -> None:
+        """
+        Make a correlator for patches of the shape of ``window``, (M, N).
+
+        ``blur_cells`` is the standard deviation of their blur along the road, in cells. Finer
+        structure is noise, so the map is smoothed by as much.
+        """
         self._window = window
+        self._kernel = _gaussian(blur_cells)
+        reach = len(self._kernel) // 2
         self._transforms = find_transform()
         rows, columns = window.shape
         height, width = padded = padded_shape((rows, columns))
@@ -37,7 +44,7 @@ class PatchCorrelator:
         self._reverse_cells = rows // 8
         # The map is cyclic.
         self._search_region = np.ix_(
-            np.arange(-self._reverse_cells, self.max_cells + 2) % height,
+            np.arange(-self._reverse_cells - reach, self.max_cells + 2 + reach) % height,
             np.arange(-TUNING.lateral_cells, TUNING.lateral_cells + 1) % width)
         self._scores: NDArray[np.float64] = np.zeros(0)
 
@@ -54,9 +61,11 @@ class PatchCorrelator:
         """
         energy = self._transform(patch, keep=False)
         unit = self._transforms.inverse(self._map)
-        best = self._map[self._search_region].max(axis=1).astype(np.float64)
-        noise = unit * math.sqrt(max(energy, 1e-12) / self._map.size)
-        self._scores = best / noise
+        region, reach = self._map[self._search_region], len(self._kernel) // 2
+        if reach:
+            region = cv2.filter2D(region, -1, self._kernel)[reach:-reach]
+        noise = unit * math.sqrt(max(energy, 1e-12) / self._map.size) * cv2.norm(self._kernel)
+        self._scores = region.max(axis=1).astype(np.float64) / noise
 
     def peak(self, least: float, most: float) -> Peak | None:
         """Return the highest significant peak from ``least`` to ``most`` cells, or None."""
@@ -103,3 +112,9 @@ class PatchCorrelator:
         norm = cv2.norm(self._map)
         self._transforms.forward(self._map, height)
         return self._cross(self._map, norm, compare=not keep, keep=keep)
+
+
+def _gaussian(deviation: float) -> NDArray[np.float32]:
+    """Return a column (K, 1) with the sum 1; a standard deviation of 0 gives K = 1."""
+    return np.asarray(cv2.getGaussianKernel(
+        2 * math.ceil(2.0 * deviation) + 1, max(deviation, 1e-3), cv2.CV_32F), np.float32)

@@ -48,8 +48,8 @@ class PatchMatcher:
     def __init__(self, patch: GroundPatch) -> None:
         """Make a matcher without a keyframe."""
         self._patch = patch
-        self._correlator = PatchCorrelator(patch.window)
-        self._change_correlator = PatchCorrelator(patch.window)
+        self._correlator, self._change_correlator = (
+            PatchCorrelator(patch.window, blur_cells=patch.blur_cells) for _ in range(2))
         # The patches of the newest three frames.
         self._newest: deque[NDArray[np.float32]] = deque(maxlen=3)
         # Mean of the newest patches of a moving road, and their number.

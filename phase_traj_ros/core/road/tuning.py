@@ -17,7 +17,10 @@ class RoadTuning:
 
     half_width: float = 2.1
     """Half the width of a patch: a lane and parts of its neighbours."""
-    max_row_spacing: float = 0.13
+    interpolation_blur: float = 1 / math.sqrt(3)
+    """Blur along the road, by the linear interpolation between two rows in both of two pictures:
+    its standard deviation as a share of the distance of the rows."""
+    max_row_spacing: float = 0.3
     """A patch ends where an image row covers more than this..."""
     patch_end: float = 10.0
     """...at most at this distance..."""

@@ -123,6 +123,7 @@ class Flat(SimpleNamespace):
     """Takes frames for patches."""
 
     shape, window, depth = (80, 60), np.ones((80, 60), np.float32), 3.0
+    blur_cells = 0.0
 
     def __call__(self, frame):
         return frame
