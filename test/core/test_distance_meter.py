@@ -330,6 +330,18 @@ def test_real_roads(kitti_root, sequence, stretch):
     assert abs(distance_error(np.array(places), true)) < 0.05
 
 
+def test_a_motorway_in_small_pictures_at_ten_hertz_is_measured():
+    """A frame later, the road is 3.5 m nearer, where ten rows were one."""
+    camera = Camera.with_field_of_view(640, 240, 85)
+    drive = plan_drive('', [Straight(3.0)], rate_hz=10.0, camera=camera, speed=35.0, seed=17)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        code_source=CodeSource.AUTO, lens=Lens(hfov_deg=85), camera_height=camera.above_ground))
+    updates = [estimator.update(frame, stamp)
+               for frame, stamp in zip(render_drive(drive), drive.stamps_ns.tolist())]
+    assert {update.travel.state for update in updates[1:]} == {TravelState.MEASURED}
+    assert estimator.way.distance == pytest.approx(3.5 * (len(updates) - 1), rel=0.015)
+
+
 def test_reversing_goes_back():
     # In smaller pictures, so slow a vehicle hardly moves.
     frames, _, model, steps = street(KITTI_CAMERA, 16)

@@ -89,7 +89,7 @@ def test_a_vehicle_that_stands_for_long_in_a_film_is_not_frozen(stop, noise, tmp
     estimator = TrajectoryEstimator(AUTO)
     for number, picture in enumerate(filmed(pictures, tmp_path / 'film.mp4', rate_hz=10)):
         estimator.update(picture, number * S // 10)
-    assert estimator.way.distance == pytest.approx(true, rel=0.02)
+    assert estimator.way.distance == pytest.approx(true, rel=0.025)
     assert estimator.reliability.reliable and estimator.reliability.of_drive.spans == ()
     # The camera itself, without an encoder, gives one picture for ever when it is frozen.
     for number in range(40):

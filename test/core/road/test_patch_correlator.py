@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Patches of noise that slide by a known number of cells; rows run from far to near."""
 
+import cv2
 import numpy as np
 from phase_traj_ros.core.correlation.windows import Window, window_2d
 from phase_traj_ros.core.road.patch_correlator import PatchCorrelator
@@ -25,8 +26,8 @@ def patch(road, cells, aside=0.0):
     return moved[80:80 + SHAPE[0], 50:50 + SHAPE[1]].astype(np.float32)
 
 
-def compared(before, after):
-    slide = PatchCorrelator(WINDOW)
+def compared(before, after, *, blur_cells=0.0):
+    slide = PatchCorrelator(WINDOW, blur_cells=blur_cells)
     slide.set_reference(before)
     slide.compare(after)
     return slide
@@ -42,17 +43,34 @@ def test_a_slide_towards_the_vehicle_is_positive_and_as_exact_as_it_says():
     assert abs(np.mean(errors)) < TUNING.peak_cells / 3.0
 
 
-@pytest.mark.parametrize('contrast', [1e-6, 100.0])
-def test_noise_stands_out_by_the_best_of_nine_columns(contrast):
-    """The unit of a score is a standard deviation, whatever the contrast is."""
+@pytest.mark.parametrize(('contrast', 'blur_cells'), [(1e-6, 0.0), (100.0, 0.0), (1.0, 2.0)])
+def test_noise_stands_out_by_the_best_of_nine_columns(contrast, blur_cells):
+    """The unit of a score is a standard deviation, whatever the contrast and the blur are."""
     told = []
     for seed in range(6):
         slide = compared(
-            patch(road(seed), 0.0), np.float32(contrast) * patch(road(seed + 50), 0.0))
+            patch(road(seed), 0.0), np.float32(contrast) * patch(road(seed + 50), 0.0),
+            blur_cells=blur_cells)
         told.append(slide.scores_at(np.arange(60.0)))
     best = np.random.default_rng(1).normal(size=(100_000, 9)).max(axis=1)
     assert np.mean(told) == pytest.approx(best.mean(), rel=0.15)
     assert np.std(told) == pytest.approx(best.std(), rel=0.25)
+
+
+@pytest.mark.parametrize('blur', [1.0, 2.0])
+def test_a_blurred_road_is_found_among_noise_that_is_sharper(blur):
+    rng, errors, gains = np.random.default_rng(2), [], []
+    for cells in np.arange(5.0, 35.0, 3.3):
+        pair = []
+        for way in (0.0, cells):
+            seen = cv2.GaussianBlur(patch(road(), way), (1, 0), sigmaX=0.01, sigmaY=blur)
+            pair.append(seen + seen.std() * rng.normal(size=SHAPE).astype(np.float32))
+        slide = compared(*pair, blur_cells=np.sqrt(2) * blur)
+        peak = slide.peak(-10, slide.max_cells)
+        errors.append(peak.cells - cells)
+        gains.append(peak.score / compared(*pair).max_score(cells - 3.0, cells + 3.0))
+    assert np.sqrt(np.mean(np.square(errors))) < TUNING.peak_cells
+    assert min(gains) > 1.3
 
 
 def test_what_moves_aside_as_well_is_found():

@@ -187,7 +187,7 @@ def test_what_shows_beside_a_copy_is_not_the_road():
     meter.start(road.seen(0.0))
     for place in 7.0 * np.arange(1, 8):
         new, copied = road.seen(place), road.seen(place)
-        copied[:, 270:370] = road.seen(place + 0.15)[:, 270:370]
+        copied[:, 300:340] = road.seen(place + 0.15)[:, 300:340]
         for frame in (new, copied):
             travel = meter.update(frame, 0.04, motion())
             assert travel.state is not TravelState.MEASURED

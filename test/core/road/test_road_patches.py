@@ -10,6 +10,7 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, stretches
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.travel import TravelState
+from phase_traj_ros.core.road.tuning import TUNING
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 import pytest
@@ -25,7 +26,19 @@ def test_two_patches_cover_a_near_and_a_far_stretch():
 def test_a_patch_ends_where_a_row_covers_too_much(focal):
     """Rows lie at f / z below the horizon, so one covers z**2 / f."""
     far = stretches(CameraModel.pinhole((480, 640), focal), Horizon())[-1]
-    assert far.end ** 2 / focal == pytest.approx(min(0.13, 10.0 ** 2 / focal), rel=0.02)
+    assert far.end ** 2 / focal == pytest.approx(
+        min(TUNING.max_row_spacing, TUNING.patch_end ** 2 / focal), rel=0.02)
+
+
+@pytest.mark.parametrize('focal', [250.0, 600.0])
+def test_a_patch_is_as_blurred_as_the_rows_in_its_middle_are_apart(focal):
+    camera = CameraModel.pinhole((480, 640), focal)
+    for stretch in stretches(camera, Horizon()):
+        middle = (stretch.begin + stretch.end) / 2
+        # Interpolation between two rows is a triangle with the variance 1/6, in both pictures.
+        blur = math.sqrt(2 / 6) * middle ** 2 / focal
+        assert GroundPatch(camera, Horizon(), stretch).blur_cells * CELL == pytest.approx(
+            blur, rel=0.05)
 
 
 def test_the_share_of_a_patch_is_what_is_seen_of_it():
