@@ -34,8 +34,7 @@ _INTRODUCTION = """
     The frames of real clips and of rendered drives are encoded with x264 at several constant rate
     factors (23 is its default), in full size and in half of it. The calibration of the camera and
     its height are given. The numbers are errors of the total distance; the words are those of
-    its reliability. At 25 m/s and 10 Hz, the road of the small pictures slides too far between two
-    frames, compressed or not.
+    its reliability.
 
     Written by `benchmarks/distance/compression.py` with {versions}, PyAV {av}.
     """
