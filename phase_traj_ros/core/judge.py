@@ -162,7 +162,10 @@ class Judge:
     def _only_fixed_agree(self, yaw: YawMeasurement, shift: Shift) -> bool:
         """Return whether only areas fixed to the camera may agree on the yaw."""
         # A scene that passes by is not fixed, however little of the image moves.
-        passes = yaw.certain and yaw.motion is not None and yaw.motion.passing > FIXED.min_passing
+        motion = yaw.motion
+        passes = yaw.certain and motion is not None and (
+            motion.passing > FIXED.min_passing
+            or (motion.agreement >= FIXED.passing_agreement and motion.near > FIXED.min_near))
         return not self._areas.sufficient or (
             not passes and self._areas.doubts(shift, agreed=yaw.refined))
 

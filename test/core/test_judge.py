@@ -152,6 +152,17 @@ def test_what_passes_by_is_not_dirt_however_little_else_moves(street, passing, e
     assert judged_after(seen_through_dirt(street), pair).evidence is evidence
 
 
+@pytest.mark.parametrize(('agreement', 'near', 'evidence'), [
+    (0.8, 0.04, Evidence.TRUSTED), (0.8, 0.01, Evidence.FIXED), (0.6, 0.04, Evidence.FIXED)])
+def test_an_open_road_whose_horizon_stays_is_not_dirt(street, agreement, near, evidence):
+    """Half of the blocks are so far away that they do not move, and the road passes by."""
+    passes = CameraMotion(
+        0.0, 0.0, 0.0, FocusOfExpansion(), 100.0, agreement, 1e-8, 0.001, near=near)
+    pair = turning()
+    pair = replace(pair, yaw=replace(pair.yaw, motion=passes, agreement=agreement))
+    assert judged_after(seen_through_dirt(street), pair).evidence is evidence
+
+
 def test_a_cut_does_not_make_the_next_scene_doubtful(street):
     pictures = seen_through_dirt(street)
     judge = Judge(CodeSource.AUTO)

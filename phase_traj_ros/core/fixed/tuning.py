@@ -66,7 +66,12 @@ class FixedTuning:
 
     min_passing: float = 0.005
     """A scene passes by if the median ratio of the translation to the distance of the blocks is
-    above this; the noise of a fixed pattern is 0.002."""
+    above this; the noise of a fixed pattern is 0.002. On an open road, most blocks are far: it
+    passes by as well if..."""
+    passing_agreement: float = 0.7
+    """...this share of the blocks agrees on one motion, ..."""
+    min_near: float = 0.02
+    """...in which a tenth of them certainly passes by at more than this ratio."""
 
     # The means of the gradients.
     sample_weight: float = 0.06
