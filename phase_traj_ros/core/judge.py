@@ -165,7 +165,8 @@ class Judge:
         motion = yaw.motion
         passes = yaw.certain and motion is not None and (
             motion.passing > FIXED.min_passing
-            or (motion.agreement >= FIXED.passing_agreement and motion.near > FIXED.min_near))
+            or (motion.near_sides > FIXED.min_near
+                and motion.agreement >= FIXED.passing_agreement))
         return not self._areas.sufficient or (
             not passes and self._areas.doubts(shift, agreed=yaw.refined))
 

@@ -157,7 +157,8 @@ def test_what_passes_by_is_not_dirt_however_little_else_moves(street, passing, e
 def test_an_open_road_whose_horizon_stays_is_not_dirt(street, agreement, near, evidence):
     """Half of the blocks are so far away that they do not move, and the road passes by."""
     passes = CameraMotion(
-        0.0, 0.0, 0.0, FocusOfExpansion(), 100.0, agreement, 1e-8, 0.001, near=near)
+        0.0, 0.0, 0.0, FocusOfExpansion(), 100.0, agreement, 1e-8, 0.001, near=0.04,
+        near_sides=near)
     pair = turning()
     pair = replace(pair, yaw=replace(pair.yaw, motion=passes, agreement=agreement))
     assert judged_after(seen_through_dirt(street), pair).evidence is evidence

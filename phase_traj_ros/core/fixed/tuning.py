@@ -71,7 +71,8 @@ class FixedTuning:
     passing_agreement: float = 0.7
     """...this share of the blocks agrees on one motion, ..."""
     min_near: float = 0.02
-    """...in which a tenth of them certainly passes by at more than this ratio."""
+    """...in which a tenth of those on each side certainly passes by at more than this ratio.
+    Traffic is on one side of a standing vehicle, and in a turn, so is what seems to pass by."""
 
     # The means of the gradients.
     sample_weight: float = 0.06
