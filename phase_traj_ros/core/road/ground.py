@@ -39,10 +39,8 @@ def stretches(camera: CameraModel, horizon: Horizon) -> tuple[Stretch, ...]:
     The result is empty if too little of the road is visible.
     """
     ahead = np.arange(TUNING.patch_begin, TUNING.patch_end, CELL)
-    sight = _seen(camera, horizon, np.zeros_like(ahead), ahead)
-    rows = np.abs(np.diff(sight.rows))
-    sharp = sight.seen[1:] & sight.seen[:-1] & (rows > CELL / TUNING.max_row_spacing)
-    sharp = np.append(sharp, False)
+    rows, seen = _rows_per_cell(camera, horizon, ahead)
+    sharp = np.append(seen & (rows > CELL / TUNING.max_row_spacing), False)
     first = int(sharp.argmax())
     last = first + int(sharp[first:].argmin())
     begin, length = float(ahead[first]), float(ahead[last] - ahead[first])
@@ -72,7 +70,8 @@ class GroundPatch:
         pixels, (H, W), 0 to 1.
         """
         count = _even((stretch.end - stretch.begin) / CELL)
-        self._ahead = stretch.begin + CELL * (np.arange(count)[::-1] + 0.5)
+        self._ahead = np.asarray(
+            stretch.begin + CELL * (np.arange(count)[::-1] + 0.5), np.float64)
         across = _even(2.0 * TUNING.half_width / CELL)
         self._aside = CELL * (np.arange(across) - (across - 1) / 2)
         sight = _seen(camera, horizon, *np.meshgrid(self._aside, self._ahead))
@@ -93,7 +92,7 @@ class GroundPatch:
         """Share of the patch that is visible and not masked out, 0 to 1."""
         self.depth = float(self._ahead @ self.window.sum(axis=1)) / max(total, 1e-9)
         """Weighted mean distance of the patch ahead, in camera heights."""
-        rows_per_cell = np.abs(np.diff(rows[:, across // 2]))[sight.seen[1:, across // 2]]
+        rows_per_cell, _ = _rows_per_cell(camera, horizon, self._ahead)
         self.blur_cells = TUNING.interpolation_blur / float(np.median(rows_per_cell))
         """Standard deviation of the blur along the road in a pair of patches, in cells."""
 
@@ -154,6 +153,14 @@ def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
     """
     turned, _ = cv2.Rodrigues(np.array([-pitch, yaw, -roll]))
     return np.asarray(turned, np.float64)
+
+
+def _rows_per_cell(
+    camera: CameraModel, horizon: Horizon, ahead: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return the image rows between neighbours of (N,) cells ahead, and if both are seen."""
+    sight = _seen(camera, horizon, np.zeros_like(ahead), ahead)
+    return np.abs(np.diff(sight.rows)), sight.seen[1:] & sight.seen[:-1]
 
 
 def _seen(

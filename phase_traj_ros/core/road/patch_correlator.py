@@ -34,7 +34,7 @@ class PatchCorrelator:
         """
         self._window = window
         self._kernel = _gaussian(blur_cells)
-        reach = len(self._kernel) // 2
+        self._reach = reach = len(self._kernel) // 2
         self._transforms = find_transform()
         rows, columns = window.shape
         height, width = padded = padded_shape((rows, columns))
@@ -61,11 +61,10 @@ class PatchCorrelator:
         """
         energy = self._transform(patch, keep=False)
         unit = self._transforms.inverse(self._map)
-        region, reach = self._map[self._search_region], len(self._kernel) // 2
-        if reach:
-            region = cv2.filter2D(region, -1, self._kernel)[reach:-reach]
+        smoothed = cv2.filter2D(self._map[self._search_region], -1, self._kernel)
+        best = smoothed[self._reach:-self._reach].max(axis=1).astype(np.float64)
         noise = unit * math.sqrt(max(energy, 1e-12) / self._map.size) * cv2.norm(self._kernel)
-        self._scores = region.max(axis=1).astype(np.float64) / noise
+        self._scores = best / noise
 
     def peak(self, least: float, most: float) -> Peak | None:
         """Return the highest significant peak from ``least`` to ``most`` cells, or None."""
@@ -115,6 +114,7 @@ class PatchCorrelator:
 
 
 def _gaussian(deviation: float) -> NDArray[np.float32]:
-    """Return a column (K, 1) with the sum 1; a standard deviation of 0 gives K = 1."""
+    """Return a column (K, 1), K at least 3, whose sum is 1; (0, 1, 0) for a deviation of 0."""
+    deviation = max(deviation, 1e-3)
     return np.asarray(cv2.getGaussianKernel(
-        2 * math.ceil(2.0 * deviation) + 1, max(deviation, 1e-3), cv2.CV_32F), np.float32)
+        2 * math.ceil(2.0 * deviation) + 1, deviation, cv2.CV_32F), np.float32)

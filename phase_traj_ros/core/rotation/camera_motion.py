@@ -55,8 +55,8 @@ class CameraMotion:
     passing: float
     """Median q of the blocks: translation of the camera divided by their distance."""
     age: float = 0.0
-    """Seconds from the keyframe, from which ``travel`` and ``passing`` are measured; ``near`` and
-    the rotation are those of the newest pair."""
+    """Seconds from the keyframe, from which ``travel``, ``passing`` and ``near_sides`` are
+    measured; ``near`` and the rotation are those of the newest pair."""
     near: float = 0.0
     """The q that a tenth of the blocks exceed by their errors, as they are near."""
     near_sides: float = 0.0

@@ -10,7 +10,6 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, stretches
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.travel import TravelState
-from phase_traj_ros.core.road.tuning import TUNING
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 import pytest
@@ -26,8 +25,7 @@ def test_two_patches_cover_a_near_and_a_far_stretch():
 def test_a_patch_ends_where_a_row_covers_too_much(focal):
     """Rows lie at f / z below the horizon, so one covers z**2 / f."""
     far = stretches(CameraModel.pinhole((480, 640), focal), Horizon())[-1]
-    assert far.end ** 2 / focal == pytest.approx(
-        min(TUNING.max_row_spacing, TUNING.patch_end ** 2 / focal), rel=0.02)
+    assert far.end ** 2 / focal == pytest.approx(min(0.3, 10.0 ** 2 / focal), rel=0.02)
 
 
 @pytest.mark.parametrize('focal', [250.0, 600.0])
@@ -39,6 +37,13 @@ def test_a_patch_is_as_blurred_as_the_rows_in_its_middle_are_apart(focal):
         blur = math.sqrt(2 / 6) * middle ** 2 / focal
         assert GroundPatch(camera, Horizon(), stretch).blur_cells * CELL == pytest.approx(
             blur, rel=0.05)
+
+
+def test_a_camera_that_sees_only_one_side_of_its_axis_has_patches():
+    camera = CameraModel(width=640, height=480, fx=300.0, fy=300.0, cx=639.0, cy=239.5)
+    found = [GroundPatch(camera, Horizon(), each) for each in stretches(camera, Horizon())]
+    assert len(found) == 2
+    assert all(0.3 < patch.blur_cells < 3.0 and patch.share < 0.6 for patch in found)
 
 
 def test_the_share_of_a_patch_is_what_is_seen_of_it():
