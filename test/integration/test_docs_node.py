@@ -48,19 +48,25 @@ def of_node(names_and_types):
         for name, types in names_and_types}
 
 
+def offered(live, ask, names):
+    """Return what a node has; the graph learns of its endpoints one by one."""
+    live.until(lambda: set(names) <= of_node(ask('phase_traj', '/')).keys())
+    return of_node(ask('phase_traj', '/'))
+
+
 def test_published_topics(node):
     documented = {
         row[0].removeprefix('/'): row[1]
         for row in table('reference/topics.md', '## Published', 4)}
-    published = of_node(node.node.get_publisher_names_and_types_by_node('phase_traj', '/'))
+    published = offered(node, node.node.get_publisher_names_and_types_by_node, documented)
     for name in ('rosout', 'parameter_events', '~/transition_event'):
-        del published[name]
+        published.pop(name, None)
     assert published == documented
 
 
 def test_subscribed_topics(node):
     documented = {row[0]: row[1] for row in table('reference/topics.md', '## Subscribed', 3)}
-    subscribed = of_node(node.node.get_subscriber_names_and_types_by_node('phase_traj', '/'))
+    subscribed = offered(node, node.node.get_subscriber_names_and_types_by_node, documented)
     # Only where tf2_msgs is installed.
     subscribed.pop('tf_static', None)
     assert subscribed == documented
@@ -68,9 +74,9 @@ def test_subscribed_topics(node):
 
 def test_services(node):
     documented = {row[0]: row[1] for row in table('reference/topics.md', '## Services', 3)}
-    offered = of_node(node.node.get_service_names_and_types_by_node('phase_traj', '/'))
+    services = offered(node, node.node.get_service_names_and_types_by_node, documented)
     own = {
-        name: kind for name, kind in offered.items()
+        name: kind for name, kind in services.items()
         if not kind.startswith(('rcl_interfaces', 'lifecycle_msgs'))}
     own.pop('~/get_type_description', None)
     assert own == documented

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How the node starts and ends: what it was given, and signals."""
 
+from functools import partial
 from pathlib import Path
 import signal
 import subprocess
@@ -71,12 +72,13 @@ def test_an_override_of_one_topic_leaves_the_others(live):
     live.start(
         '-p', 'qos_overrides./phase_traj/debug_image.publisher.reliability:=reliable',
         lossless=False)
-    live.until(lambda: live.node.get_subscriptions_info_by_topic('/image'))
-    for reliability, [found] in (
+    for reliability, endpoints, topic in (
             (ReliabilityPolicy.RELIABLE,
-             live.node.get_publishers_info_by_topic('/phase_traj/debug_image')),
+             live.node.get_publishers_info_by_topic, '/phase_traj/debug_image'),
             (ReliabilityPolicy.BEST_EFFORT,
-             live.node.get_subscriptions_info_by_topic('/image'))):
+             live.node.get_subscriptions_info_by_topic, '/image')):
+        live.until(partial(endpoints, topic))
+        [found] = endpoints(topic)
         assert found.qos_profile.reliability is reliability
 
 
