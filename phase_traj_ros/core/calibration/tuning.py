@@ -80,11 +80,13 @@ class CalibrationTuning:
     """...and in the shortest usable one."""
     min_steps: int = 4
     max_steps: int = 20
-    max_step_s: float = 0.29
-    """Longest step: three intervals at 10 Hz, less the tolerance of their stamps..."""
+    max_parallax: float = 0.03
+    """A step also ends when a quarter of the points has moved farther than this from where the
+    motion of the image takes them, in widths: 2 to 3 m on a road, before near points leave."""
     max_tracking_interval_s: float = 0.09
-    """...and longest time between two searches of the points: one interval."""
-    min_turn_speed: float = 0.025
+    """Longest time between two searches of the points: an interval at 10 Hz, less the tolerance
+    of its stamps."""
+    min_turn_speed: float = 0.01
     """Least mean speed of the image in a turn, in widths per second, ..."""
     turn_speed_time_s: float = 0.4
     """...and the time constant of that mean."""

@@ -119,7 +119,9 @@ class _Stretch:
         small = self._width < TUNING.small_px
         self._window = TUNING.small_window_px if small else TUNING.window_px
         self._first, self._mask = first, mask
-        self._points, self._ids = np.zeros((0, 2), np.float32), np.zeros(0, np.int64)
+        # Positions of the points now and at the last step, and their numbers.
+        self._points = self._recorded = np.zeros((0, 2), np.float32)
+        self._ids = np.zeros(0, np.int64)
         self._count = 0
         self._observations: list[Numbers] = []
         # Motion of the image and time at each step, and since the points were last tracked and
@@ -144,7 +146,7 @@ class _Stretch:
         self._step += self._motion
         self._motion[:] = 0.0
         if (abs(self._step[0]) < TUNING.step * self._width
-                and self._step[1] < TUNING.max_step_s):
+                and self._parallax() < TUNING.max_parallax * self._width):
             return True
         self._steps.append(self._steps[-1] + self._step)
         self._step[:] = 0.0
@@ -193,6 +195,7 @@ class _Stretch:
             self._ids = np.concatenate(
                 [self._ids, np.arange(self._count, self._count + len(new))])
             self._count += len(new)
+        self._recorded = self._points
         step = np.full(len(self._points), len(self._steps) - 1.0)
         self._observations.append(np.column_stack([self._ids, step, self._points]))
 
@@ -212,8 +215,14 @@ class _Stretch:
             good &= np.hypot(*(found - self._points).T) > TUNING.fixed_px
         if good.mean() < TUNING.min_tracked_share:
             return False
-        self._points, self._ids, self._picture = found[good], self._ids[good], picture
+        self._points, self._recorded, self._ids = found[good], self._recorded[good], self._ids[good]
+        self._picture = picture
         return True
+
+    def _parallax(self) -> float:
+        """Return how far the nearest quarter of the points moves besides the image, in pixels."""
+        moved = self._points - self._recorded
+        return float(np.quantile(np.hypot(moved[:, 0] - self._step[0], moved[:, 1]), 0.75))
 
     def _optical_flow(
         self, before: Bytes, after: Bytes, points: Places, guess: Places,
