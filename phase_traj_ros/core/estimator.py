@@ -317,7 +317,9 @@ class TrajectoryEstimator:
             return None
         if pair.cut and self._settings.guards:
             self._integration.begin_scene()
-        verdict = self._judge.judge(picture, pair, self.heading, waited_ns * 1e-9)
+        verdict = self._judge.judge(
+            picture, pair, self.heading, waited_ns * 1e-9,
+            speed=self._integration.distance_meter.heights_per_second)
         if verdict.areas_changed:
             self._exclude_areas()
         deviation = 1e-9 * math.hypot(self._repeats.deviation_ns, self._jitter.deviation_ns)

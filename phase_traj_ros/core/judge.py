@@ -94,13 +94,15 @@ class Judge:
         return self._areas.weights() if self._excludes else None
 
     def judge(
-        self, picture: Frame, pair: Comparison, heading: VisualCompass | None, interval: float,
+        self, picture: Frame, pair: Comparison, heading: VisualCompass | None, interval: float, *,
+        speed: float | None = None,
     ) -> Verdict:
         """
         Judge the next pair, whose second frame is ``picture``, (H, W).
 
         Its yaw has to follow from the ``heading`` so far, None if that is not measured.
-        ``interval`` is the time between the two frames in seconds.
+        ``interval`` is the time between the two frames in seconds, and ``speed`` that before them
+        in heights of the camera per second, None if it is unknown.
         """
         shift = None if heading is None else heading.camera.shift_of(pair.yaw)
         if pair.cut:
@@ -118,7 +120,7 @@ class Judge:
             if pair.quality is Quality.STILL:
                 # A stationary vehicle does not turn, even if traffic passes by.
                 yaw = replace(yaw, yaw=0.0)
-            elif self._only_fixed_agree(yaw, shift):
+            elif self._only_fixed_agree(yaw, shift, speed or 0.0):
                 yaw, fixed = replace(yaw, yaw=None), True
         status, evidence = judged(
             pair, blank=self._areas.blank, fixed=fixed, by_yaw=self._by_yaw,
@@ -159,14 +161,13 @@ class Judge:
                                  and abs(before) > ROAD.driving_yaw_rate)))
         return not (self._areas.only_horizon_unchanged or (turns and self._areas.moving))
 
-    def _only_fixed_agree(self, yaw: YawMeasurement, shift: Shift) -> bool:
+    def _only_fixed_agree(self, yaw: YawMeasurement, shift: Shift, speed: float) -> bool:
         """Return whether only areas fixed to the camera may agree on the yaw."""
         # A scene that passes by is not fixed, however little of the image moves.
         motion = yaw.motion
         passes = yaw.certain and motion is not None and (
             motion.passing > FIXED.min_passing
-            or (motion.near_sides > FIXED.min_near
-                and motion.agreement >= FIXED.passing_agreement))
+            or (speed > FIXED.min_speed and motion.agreement >= FIXED.passing_agreement))
         return not self._areas.sufficient or (
             not passes and self._areas.doubts(shift, agreed=yaw.refined))
 

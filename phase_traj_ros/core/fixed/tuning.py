@@ -68,11 +68,10 @@ class FixedTuning:
     """A scene passes by if the median ratio of the translation to the distance of the blocks is
     above this; the noise of a fixed pattern is 0.002. On an open road, most blocks are far: it
     passes by as well if..."""
+    min_speed: float = 1.0
+    """...the road slides by faster than this, in heights of the camera per second, ..."""
     passing_agreement: float = 0.7
-    """...this share of the blocks agrees on one motion, ..."""
-    min_near: float = 0.02
-    """...in which a tenth of those on each side certainly passes by at more than this ratio.
-    Traffic is on one side of a standing vehicle, and in a turn, so is what seems to pass by."""
+    """...and this share of the blocks agrees on one motion."""
 
     # The means of the gradients.
     sample_weight: float = 0.06

@@ -55,12 +55,10 @@ class CameraMotion:
     passing: float
     """Median q of the blocks: translation of the camera divided by their distance."""
     age: float = 0.0
-    """Seconds from the keyframe, from which ``travel``, ``passing`` and ``near_sides`` are
-    measured; ``near`` and the rotation are those of the newest pair."""
+    """Seconds from the keyframe, from which ``travel`` and ``passing`` are measured; ``near`` and
+    the rotation are those of the newest pair."""
     near: float = 0.0
     """The q that a tenth of the blocks exceed by their errors, as they are near."""
-    near_sides: float = 0.0
-    """The same of the blocks on one side of the direction of travel, whichever is less."""
 
     def holds(self, share: float) -> bool:
         """Return whether at least this share of the blocks agrees, and enough of them."""
@@ -177,7 +175,6 @@ class MotionFit:
             return None
         covariance = inverse * variance
         certain_q = np.maximum(near - self._deviation / np.sqrt(squared), 0.0)
-        sides = (certain_q[agrees & side] for side in (apart < 0.0, apart > 0.0))
         # The variance of an M-estimate: its scores scatter as the blocks do, and an outlier, which
         # has a small weight, adds little to them (Huber and Ronchetti, "Robust Statistics", 6.3).
         scores = (terms[:_ERROR] * (factor * terms[_ERROR])).sum(axis=1)
@@ -193,8 +190,7 @@ class MotionFit:
                 float(covariance[_B, _B]), float(covariance[_C, _C])),
             agreeing=agreeing, agreement=agreeing / float(weight.sum()),
             yaw_variance=yaw_variance, passing=quantile(near, 0.5),
-            near=quantile(certain_q[agrees], 0.9),
-            near_sides=min(quantile(each, 0.9) if len(each) else 0.0 for each in sides))
+            near=quantile(certain_q[agrees], 0.9))
 
 
 def _dot(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -88,17 +88,6 @@ def test_the_mean_displacement_alone_would_be_wrong():
     assert world.fit(yaw=0.01, step=1.0).yaw == pytest.approx(0.01, abs=3e-4)
 
 
-@pytest.mark.parametrize('side', [-1, 1])
-def test_what_is_near_on_one_side_alone_is_not_near_on_both(side):
-    world = World()
-    world.distances = np.where(side * world.azimuths > 0, 10.0, 1000.0)
-    motion = world.fit(yaw=0.0, step=1.0)
-    assert motion.near > 0.08
-    assert motion.near_sides < 0.01
-    world.distances = np.full(160, 10.0)
-    assert world.fit(yaw=0.0, step=1.0).near_sides == pytest.approx(0.1, rel=0.2)
-
-
 def test_other_traffic_does_not_matter():
     world = World()
     u, w = world.displacements(yaw=-0.03, step=0.8)
