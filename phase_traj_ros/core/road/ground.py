@@ -44,7 +44,7 @@ def stretches(camera: CameraModel, horizon: Horizon) -> tuple[Stretch, ...]:
     first = int(sharp.argmax())
     last = first + int(sharp[first:].argmin())
     begin, length = float(ahead[first]), float(ahead[last] - ahead[first])
-    if length < TUNING.min_length:
+    if length < TUNING.min_length or rows[first:last].sum() < TUNING.min_rows:
         return ()
     return (
         Stretch(begin, begin + TUNING.near_ends * length),

@@ -47,6 +47,7 @@ class PatchCorrelator:
             np.arange(-self._reverse_cells - reach, self.max_cells + 2 + reach) % height,
             np.arange(-TUNING.lateral_cells, TUNING.lateral_cells + 1) % width)
         self._scores: NDArray[np.float64] = np.zeros(0)
+        self._overlap = _overlap(window, -self._reverse_cells, self.max_cells + 2)
 
     def set_reference(self, patch: NDArray[np.float32]) -> None:
         """Make a patch the reference."""
@@ -72,16 +73,19 @@ class PatchCorrelator:
         last = min(math.ceil(most) + self._reverse_cells, len(self._scores) - 2)
         if last < first:
             return None
+        # The farther a patch slides, the less it overlaps: a wide peak would be pulled to zero.
+        full, scores = self._scores / self._overlap, self._scores[first:last + 1]
         # The flank of a peak outside the limits does not count.
-        before, scores, after = (self._scores[first + by:last + 1 + by] for by in (-1, 0, 1))
+        before, middle, after = (full[first + by:last + 1 + by] for by in (-1, 0, 1))
         peaks = np.flatnonzero(
-            (before < scores) & (scores >= after) & (scores >= TUNING.min_score))
+            (before < middle) & (middle >= after) & (scores >= TUNING.min_score))
         if not len(peaks):
             return None
         at = int(peaks[scores[peaks].argmax()])
-        left, centre, right = before[at], scores[at], after[at]
+        left, centre, right = before[at], middle[at], after[at]
         bend = left - 2.0 * centre + right
-        return Peak(first + at - self._reverse_cells + 0.5 * (left - right) / bend, float(centre))
+        return Peak(
+            first + at - self._reverse_cells + 0.5 * (left - right) / bend, float(scores[at]))
 
     def scores_at(self, cells: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the scores of slides, (N,) in cells; NaN beyond the range of the map."""
@@ -111,6 +115,19 @@ class PatchCorrelator:
         norm = cv2.norm(self._map)
         self._transforms.forward(self._map, height)
         return self._cross(self._map, norm, compare=not keep, keep=keep)
+
+
+def _overlap(window: NDArray[np.float32], least: int, most: int) -> NDArray[np.float64]:
+    """
+    Return the overlap of two windows (M, N) at slides from ``least`` to before ``most`` cells.
+
+    It is 1 without a slide, and at least ``TUNING.min_overlap``.
+    """
+    rows = len(window)
+    overlap = np.array([
+        np.vdot(window[max(by, 0):rows + min(by, 0)], window[max(-by, 0):rows - max(by, 0)])
+        for by in range(least, most)], np.float64)
+    return np.maximum(overlap / max(np.vdot(window, window), 1e-9), TUNING.min_overlap)
 
 
 def _gaussian(deviation: float) -> NDArray[np.float32]:

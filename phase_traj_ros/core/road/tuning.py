@@ -31,7 +31,9 @@ class RoadTuning:
     far_begins: float = 0.2
     """...start of the far patch, as fractions of the visible stretch..."""
     min_length: float = 1.0
-    """...which has at least this length."""
+    """...which has at least this length, and..."""
+    min_rows: float = 20.0
+    """...so many image rows: with 10 to 20, rendered distances were up to 16 % short."""
     min_seen: float = 0.3
     """Least visible share of a patch."""
     mean_cells: float = 8.0
@@ -46,6 +48,8 @@ class RoadTuning:
     rear axle moves sideways in a turn."""
     longest_slide: float = 0.7
     """Largest slide, as a fraction of the length of a patch."""
+    min_overlap: float = 0.05
+    """Least overlap of two patches by which the map is divided: beyond, it is noise."""
     peak_half_width: int = 3
     """Width of a peak to each side."""
     min_score: float = 7.0

@@ -73,6 +73,18 @@ def test_a_blurred_road_is_found_among_noise_that_is_sharper(blur):
     assert min(gains) > 1.3
 
 
+def test_a_wide_peak_is_not_pulled_to_zero():
+    """The map is the product of the peak and the overlap, which falls with the slide."""
+    errors, rng = [], np.random.default_rng(3)
+    for seed in range(8):
+        slide = compared(*(
+            cv2.GaussianBlur(patch(road(seed), way), (1, 0), sigmaX=0.01, sigmaY=3.0)
+            + 0.02 * rng.normal(size=SHAPE).astype(np.float32) for way in (0.0, 40.0)),
+            blur_cells=np.sqrt(2) * 3.0)
+        errors.append(slide.peak(20.0, slide.max_cells).cells - 40.0)
+    assert abs(np.mean(errors)) < TUNING.peak_cells
+
+
 def test_what_moves_aside_as_well_is_found():
     slide = compared(patch(road(), 0.0), patch(road(), 10.0, TUNING.lateral_cells))
     assert slide.peak(0, slide.max_cells).cells == pytest.approx(10.0, abs=0.5)

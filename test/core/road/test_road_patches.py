@@ -28,6 +28,14 @@ def test_a_patch_ends_where_a_row_covers_too_much(focal):
     assert far.end ** 2 / focal == pytest.approx(min(0.3, 10.0 ** 2 / focal), rel=0.02)
 
 
+@pytest.mark.parametrize(('focal', 'patches'), [(34.0, 0), (60.0, 2)])
+def test_a_few_rows_of_the_image_are_not_a_patch(focal, patches):
+    """Between the distances a and b, there are f / a - f / b rows."""
+    rows = focal / 1.5 - math.sqrt(0.3 * focal)
+    assert (rows > 20.0) == bool(patches)
+    assert len(stretches(CameraModel.pinhole((120, 160), focal), Horizon())) == patches
+
+
 @pytest.mark.parametrize('focal', [250.0, 600.0])
 def test_a_patch_is_as_blurred_as_the_rows_in_its_middle_are_apart(focal):
     camera = CameraModel.pinhole((480, 640), focal)
