@@ -80,9 +80,11 @@ class CalibrationTuning:
     """...and in the shortest usable one."""
     min_steps: int = 4
     max_steps: int = 20
-    max_parallax: float = 0.03
-    """A step also ends when a quarter of the points has moved farther than this from where the
-    motion of the image takes them, in widths: 2 to 3 m on a road, before near points leave."""
+    min_step_s: float = 0.29
+    """A step also ends after this, three intervals at 10 Hz less the tolerance of their stamps, ..."""
+    min_parallax: float = 0.02
+    """...once a quarter of the points has moved farther than this from where the motion of the
+    image takes them, in widths, and before they leave the image: 2 to 3 m on a road."""
     max_tracking_interval_s: float = 0.09
     """Longest time between two searches of the points: an interval at 10 Hz, less the tolerance
     of its stamps."""

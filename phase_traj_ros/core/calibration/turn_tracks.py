@@ -145,8 +145,9 @@ class _Stretch:
             return False
         self._step += self._motion
         self._motion[:] = 0.0
-        if (abs(self._step[0]) < TUNING.step * self._width
-                and self._parallax() < TUNING.max_parallax * self._width):
+        if abs(self._step[0]) < TUNING.step * self._width and (
+                self._step[1] < TUNING.min_step_s
+                or self._parallax() < TUNING.min_parallax * self._width):
             return True
         self._steps.append(self._steps[-1] + self._step)
         self._step[:] = 0.0
