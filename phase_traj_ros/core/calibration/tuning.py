@@ -81,7 +81,8 @@ class CalibrationTuning:
     min_steps: int = 4
     max_steps: int = 20
     min_step_s: float = 0.29
-    """A step also ends after this, three intervals at 10 Hz less the tolerance of their stamps, ..."""
+    """A step also ends after this, three intervals at 10 Hz, less the tolerance of their stamps,
+    ..."""
     min_parallax: float = 0.02
     """...once a quarter of the points has moved farther than this from where the motion of the
     image takes them, in widths, and before they leave the image: 2 to 3 m on a road."""

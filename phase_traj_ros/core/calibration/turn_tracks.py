@@ -216,8 +216,8 @@ class _Stretch:
             good &= np.hypot(*(found - self._points).T) > TUNING.fixed_px
         if good.mean() < TUNING.min_tracked_share:
             return False
-        self._points, self._recorded, self._ids = found[good], self._recorded[good], self._ids[good]
-        self._picture = picture
+        self._points, self._recorded = found[good], self._recorded[good]
+        self._ids, self._picture = self._ids[good], picture
         return True
 
     def _parallax(self) -> float:

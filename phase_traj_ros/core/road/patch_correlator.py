@@ -47,7 +47,12 @@ class PatchCorrelator:
             np.arange(-self._reverse_cells - reach, self.max_cells + 2 + reach) % height,
             np.arange(-TUNING.lateral_cells, TUNING.lateral_cells + 1) % width)
         self._scores: NDArray[np.float64] = np.zeros(0)
-        self._overlap = _overlap(window, -self._reverse_cells, self.max_cells + 2)
+        # Of a window that is the product of a column and a row, the column is enough.
+        column = np.sqrt(np.square(window).sum(axis=1, dtype=np.float64))
+        overlap = np.correlate(column, column, 'full') / max(float(column @ column), 1e-9)
+        self._overlap = np.maximum(
+            overlap[rows - 1 - self._reverse_cells:rows + 1 + self.max_cells],
+            TUNING.min_overlap)
 
     def set_reference(self, patch: NDArray[np.float32]) -> None:
         """Make a patch the reference."""
@@ -115,19 +120,6 @@ class PatchCorrelator:
         norm = cv2.norm(self._map)
         self._transforms.forward(self._map, height)
         return self._cross(self._map, norm, compare=not keep, keep=keep)
-
-
-def _overlap(window: NDArray[np.float32], least: int, most: int) -> NDArray[np.float64]:
-    """
-    Return the overlap of two windows (M, N) at slides from ``least`` to before ``most`` cells.
-
-    It is 1 without a slide, and at least ``TUNING.min_overlap``.
-    """
-    rows = len(window)
-    overlap = np.array([
-        np.vdot(window[max(by, 0):rows + min(by, 0)], window[max(-by, 0):rows - max(by, 0)])
-        for by in range(least, most)], np.float64)
-    return np.maximum(overlap / max(np.vdot(window, window), 1e-9), TUNING.min_overlap)
 
 
 def _gaussian(deviation: float) -> NDArray[np.float32]:
