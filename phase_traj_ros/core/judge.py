@@ -120,8 +120,10 @@ class Judge:
             if pair.quality is Quality.STILL:
                 # A stationary vehicle does not turn, even if traffic passes by.
                 yaw = replace(yaw, yaw=0.0)
-            elif self._only_fixed_agree(yaw, shift, speed or 0.0):
-                yaw, fixed = replace(yaw, yaw=None), True
+            elif self._only_fixed_agree(yaw, shift):
+                fixed = True
+                if not (self._areas.sufficient and _slides_straight(yaw, speed)):
+                    yaw = replace(yaw, yaw=None)
         status, evidence = judged(
             pair, blank=self._areas.blank, fixed=fixed, by_yaw=self._by_yaw,
             implausible=heading is not None and not heading.admits(yaw, interval))
@@ -161,16 +163,19 @@ class Judge:
                                  and abs(before) > ROAD.driving_yaw_rate)))
         return not (self._areas.only_horizon_unchanged or (turns and self._areas.moving))
 
-    def _only_fixed_agree(self, yaw: YawMeasurement, shift: Shift, speed: float) -> bool:
+    def _only_fixed_agree(self, yaw: YawMeasurement, shift: Shift) -> bool:
         """Return whether only areas fixed to the camera may agree on the yaw."""
         # A scene that passes by is not fixed, however little of the image moves.
-        motion = yaw.motion
-        passes = yaw.certain and motion is not None and (
-            motion.passing > FIXED.min_passing
-            or (speed > FIXED.min_speed and motion.agreement >= FIXED.passing_agreement))
+        passes = yaw.certain and yaw.motion is not None and yaw.motion.passing > FIXED.min_passing
         return not self._areas.sufficient or (
             not passes and self._areas.doubts(shift, agreed=yaw.refined))
 
     @property
     def _excludes(self) -> bool:
         return self._areas.share >= FIXED.min_masked
+
+
+def _slides_straight(yaw: YawMeasurement, speed: float | None) -> bool:
+    """Return whether the road slides by at this speed, and most blocks agree on one motion."""
+    # On an open road and above a long bonnet, few blocks move.
+    return (speed or 0.0) > FIXED.min_speed and yaw.agreement >= FIXED.sliding_agreement

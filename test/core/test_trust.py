@@ -85,10 +85,11 @@ def test_nothing_is_left_out_of_clear_pictures(drive):
     assert set(statuses(updates)) <= {PairStatus.OK, PairStatus.TURNING}
 
 
-def test_where_only_drops_agree_there_is_no_measurement(drive):
+def test_where_only_drops_agree_the_turn_is_not_measured_and_the_drive_is_in_doubt(drive):
     frames = [overlays.drops(frame, count=400, size=0.025, seed=2) for frame in drive]
     estimator, updates, _ = followed(frames)
-    assert statuses(updates)[PairStatus.NO_MEASUREMENT] > 0.6 * len(updates)
+    # It turns from 4.0 to 7.0 s.
+    assert set(statuses(updates[45:65])) == {PairStatus.NO_MEASUREMENT}
     assert estimator.reliability.words == ('view_blocked',)
     # The codes from the heading, which are unchanged, would not show it.
     _, updates, _ = followed(frames, source=CodeSource.HEADING)

@@ -91,6 +91,12 @@ class CalibrationTuning:
     of its stamps."""
     min_turn_speed: float = 0.01
     """Least mean speed of the image in a turn, in widths per second, ..."""
+    ended_share: float = 0.1
+    """...also as a share of the largest one of the stretch, which starts if..."""
+    slow_turn_s: float = 1.0
+    """...it lasts for so long, or..."""
+    clear_turn_speed: float = 0.025
+    """...is faster than this, ..."""
     turn_speed_time_s: float = 0.4
     """...and the time constant of that mean."""
     max_frame_motion: float = 0.35

@@ -75,7 +75,9 @@ class TurnTracker:
         """Forget the stretch in progress and the last frame."""
         self._last: Frame | None = None
         self._stretch: _Stretch | None = None
-        self._rate = 0.0
+        # Speed of the image in pixels per second, for how many seconds it has been that of a turn,
+        # and the largest one of the stretch in widths per second.
+        self._rate = self._lasted = self._fastest = 0.0
 
     def finish(self) -> TurnTracks | None:
         """Return the stretch in progress if it is usable, and forget it."""
@@ -98,10 +100,16 @@ class TurnTracker:
             return self.finish()
         kept = math.exp(-interval / TUNING.turn_speed_time_s)
         self._rate = kept * self._rate + (1.0 - kept) * shift_px / interval
-        if abs(self._rate) < TUNING.min_turn_speed * width:
+        rate = abs(self._rate) / width
+        self._fastest = rate if self._stretch is None else max(rate, self._fastest)
+        if rate < max(TUNING.min_turn_speed, TUNING.ended_share * self._fastest):
+            self._lasted = 0.0
             return self.finish()
+        self._lasted += interval
         if self._stretch is None:
-            if not wanted:
+            # The noise of the shift may be as fast as a slow turn, but it does not last.
+            begins = rate > TUNING.clear_turn_speed or self._lasted > TUNING.slow_turn_s
+            if not wanted or not begins:
                 return None
             self._stretch = _Stretch(last, self.mask)
         if self._stretch.add(frame, shift_px, interval):

@@ -66,12 +66,12 @@ class FixedTuning:
 
     min_passing: float = 0.005
     """A scene passes by if the median ratio of the translation to the distance of the blocks is
-    above this; the noise of a fixed pattern is 0.002. On an open road, most blocks are far: it
-    passes by as well if..."""
+    above this; the noise of a fixed pattern is 0.002."""
     min_speed: float = 1.0
-    """...the road slides by faster than this, in heights of the camera per second, ..."""
-    passing_agreement: float = 0.7
-    """...and this share of the blocks agrees on one motion."""
+    """Where only fixed areas may agree, the yaw counts all the same if the road slides by faster
+    than this, in heights of the camera per second, ..."""
+    sliding_agreement: float = 0.7
+    """...and this share of the blocks agrees on one motion: of 400 drops, fewer did in turns."""
 
     # The means of the gradients.
     sample_weight: float = 0.06
