@@ -85,7 +85,7 @@ class CalibrationTuning:
     ..."""
     min_parallax: float = 0.02
     """...once a quarter of the points has moved farther than this from where the motion of the
-    image takes them, in widths, and before they leave the image: 2 to 3 m on a road."""
+    image takes them, in widths: a slow vehicle needs longer than a car."""
     max_tracking_interval_s: float = 0.09
     """Longest time between two searches of the points: an interval at 10 Hz, less the tolerance
     of its stamps."""

@@ -91,11 +91,12 @@ class TurnTracker:
 
         See ``SelfCalibration.update``. ``wanted`` is whether a stretch may start.
         """
-        last, self._last = self._last, frame
-        width = frame.shape[1]
+        last, width = self._last, frame.shape[1]
         if last is None or interval <= 0.0:
-            self._stretch, self._rate = None, 0.0
+            self.cut()
+            self._last = frame
             return None
+        self._last = frame
         if not abs(shift_px) < TUNING.max_frame_motion * width:
             return self.finish()
         kept = math.exp(-interval / TUNING.turn_speed_time_s)

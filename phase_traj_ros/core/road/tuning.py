@@ -33,7 +33,7 @@ class RoadTuning:
     min_length: float = 1.0
     """...which has at least this length, and..."""
     min_rows: float = 20.0
-    """...so many image rows: with 10 to 20, rendered distances were up to 16 % short."""
+    """...so many image rows: with 10 to 20, rendered distances were up to 29 % short."""
     min_seen: float = 0.3
     """Least visible share of a patch."""
     mean_cells: float = 8.0
