@@ -118,8 +118,9 @@ class CalibrationTuning:
     """Prior standard deviation of the inverse depth of a point..."""
     start_inverse_depth: float = 0.03
     """...and its start value."""
-    min_interval: float = 0.2
-    """Least interval between two frames, relative to the mean."""
+    max_ratio: float = 2.0
+    """The speed is taken as constant in steps whose duration is within this factor of the median;
+    the distance in shorter and longer ones is that of the limit."""
     positive_depth_weight: float = 1e4
     """Weight of the constraint that points are in front of the camera..."""
     min_inverse_depth: float = -1e-3

@@ -131,8 +131,11 @@ class _Problem:
         self._base, self._base_position = tracks.frame[middle[used]], tracks.position[middle[used]]
         self._starts = np.searchsorted(self._point, points)
         self._flow, self._deviation = tracks.flow, TUNING.point_deviation_px * tracks.reduction
+        # A slow step lasts until its parallax is sufficient, so its distance is not as unusual as
+        # its duration: a vehicle may slow to a creep within a turn, or stop.
         steps = np.diff(tracks.seconds)
-        self._steps = np.maximum(steps / steps.mean(), TUNING.min_interval)
+        steps = np.clip(steps / np.median(steps), 1.0 / TUNING.max_ratio, TUNING.max_ratio)
+        self._steps = steps / steps.mean()
         self._frame_count = len(tracks.flow)
         self._observations = np.arange(len(used))
         # Share of the mean to subtract, which whitens deviations with a common part.

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lens from points that are followed through a turn."""
 
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -17,11 +18,13 @@ GUESSES = [(0.23 * WIDTH, 1.0, 0.0), (0.45 * WIDTH, 0.6, 0.0), (0.9 * WIDTH, 0.9
 
 
 def tracks_of(*, focal, straightness=1.0, column=0.0, turned_deg=60.0, pitch_deg=0.0,
-              roll_deg=0.0, ahead=0.0, noise=0.1, wrong=0.0, steps=11, seed=0):
+              roll_deg=0.0, ahead=0.0, noise=0.1, wrong=0.0, steps=11, yaws_deg=None, step=None,
+              seed=0):
     """
     Return what a camera sees of points all round, on an arc of 8 m radius.
 
-    The camera is ``ahead`` metres ahead of the rear axle, the point that moves along the arc.
+    ``yaws_deg`` and ``step``, the metres between two frames, describe another turn. The camera is
+    ``ahead`` metres ahead of the rear axle, the point that moves along the arc.
     """
     rng = np.random.default_rng(seed)
     count = 1500
@@ -29,11 +32,13 @@ def tracks_of(*, focal, straightness=1.0, column=0.0, turned_deg=60.0, pitch_deg
     points = np.stack([
         away * np.cos(around), away * np.sin(around), rng.uniform(-1.5, 6.0, count)], axis=1)
     sights = []
-    yaws = np.radians(np.linspace(0.0, turned_deg, steps))
+    yaws = np.radians(np.linspace(0.0, turned_deg, steps) if yaws_deg is None else yaws_deg)
+    between = (yaws[1:] + yaws[:-1]) / 2.0
+    step = step or 8.0 * abs(yaws[1] - yaws[0])
+    moved = step * np.stack([np.cos(between), np.sin(between), 0.0 * between], axis=1)
+    positions = np.concatenate([np.zeros((1, 3)), np.cumsum(moved, axis=0)])
     for (frame, yaw) in enumerate(yaws):
-        side = math.copysign(8.0, turned_deg)
-        position = np.array([abs(side) * math.sin(abs(yaw)), side * (1 - math.cos(yaw)), 0.0])
-        position += ahead * np.array([math.cos(yaw), math.sin(yaw), 0.0])
+        position = positions[frame] + ahead * np.array([math.cos(yaw), math.sin(yaw), 0.0])
         tilted = rotation(yaw, math.radians(pitch_deg), math.radians(roll_deg))
         seen = (points - position) @ tilted @ BODY_TO_PICTURE.T
         visible = np.flatnonzero(seen[:, 2] > 0.5)
@@ -107,6 +112,18 @@ def test_neither_a_pitched_camera_nor_one_ahead_of_the_axle_changes_the_focal_le
                   noise=0.3, seed=seed), GUESSES, width=WIDTH) for seed in range(8)]
     assert math.exp(np.mean([fit.log_focal for fit in fits])) == pytest.approx(150.0, rel=0.04)
     assert math.degrees(np.mean([fit.angle for fit in fits])) == pytest.approx(-75.0, abs=3.0)
+
+
+@pytest.mark.parametrize('slow', [2, 3])
+def test_a_vehicle_that_slows_to_a_creep_within_a_turn_tells_the_focal_length(slow):
+    # From 8 to 0.4 m/s: the last steps are as long as the others, and last 20 times as long.
+    is_slow = np.arange(10) >= 10 - slow
+    yaws = np.append(0.0, np.cumsum(np.where(is_slow, 6.9, 2.6)))
+    seconds = np.append(0.0, np.cumsum(np.where(is_slow, 6.0, 0.3)))
+    for seed in range(8):
+        tracks = tracks_of(focal=180.0, yaws_deg=yaws, step=2.4, noise=0.15, seed=seed)
+        fit = fit_turn(replace(tracks, seconds=seconds), GUESSES, width=WIDTH)
+        assert math.exp(fit.log_focal) == pytest.approx(180.0, rel=0.06)
 
 
 def test_the_principal_point_is_found():
