@@ -8,7 +8,7 @@ import math
 
 from nav_msgs.msg import Odometry as OdometryMessage
 from phase_traj_ros.core import Update
-from phase_traj_ros.core.localization.fixes.track import check_age
+from phase_traj_ros.core.localization.fixes import check_age
 from phase_traj_ros.core.localization.locator import MapLocator
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.maps.projection import LocalProjection
