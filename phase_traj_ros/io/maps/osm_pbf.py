@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.errors import MapError, MissingDependencyError
 from phase_traj_ros.io.maps.limits import BYTES_PER_NODE, check_box, check_nodes
-from phase_traj_ros.io.maps.osm_ways import OsmWay
-from phase_traj_ros.io.maps.road_classes import is_road, one_way, Roads
+from phase_traj_ros.io.maps.road_classes import is_road, one_way, OsmWay, Roads
 
 
 def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
@@ -27,7 +26,13 @@ def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
         pyosmium is not installed.
 
     """
-    osmium = _osmium()
+    try:
+        osmium = import_module('osmium')
+    except ImportError as error:
+        raise MissingDependencyError(
+            f'maps as .osm.pbf need pyosmium ({error}): install it for the interpreter that runs'
+            f' this, {sys.executable} -m pip install osmium (apt: python3-pyosmium), or give the'
+            ' map as .osm, .osm.gz or .osm.bz2') from None
     check_nodes(path, path.stat().st_size // BYTES_PER_NODE)
     found: list[OsmWay] = []
 
@@ -56,16 +61,6 @@ def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
             f'{path} is truncated, damaged or no .osm.pbf ({error}): download or cut it again',
         ) from None
     return found
-
-
-def _osmium() -> Any:
-    try:
-        return import_module('osmium')
-    except ImportError as error:
-        raise MissingDependencyError(
-            f'maps as .osm.pbf need pyosmium ({error}): install it for the interpreter that runs'
-            f' this, {sys.executable} -m pip install osmium (apt: python3-pyosmium), or give the'
-            ' map as .osm, .osm.gz or .osm.bz2') from None
 
 
 def _degrees(nodes: Any) -> NDArray[np.float64]:
