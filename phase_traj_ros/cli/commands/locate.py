@@ -6,7 +6,6 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
-import re
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
@@ -45,7 +44,7 @@ _NEEDED, _NEEDED_NEAR = 1000.0, 400.0
 _CODES = 'chain_code.json'
 # Metres per unit of an odometry, and the largest ratio of the ends of a range: within 0.3..3, a
 # drive is located, within 0.1..10 it is not.
-_SCALES, _WIDEST = (1e-3, 1e3), 10.0
+_LEAST_SCALE, _MOST_SCALE, _WIDEST = 1e-3, 1e3, 10.0
 _TRAJECTORIES = ('.tum', '.txt')
 
 _EPILOG = f"""
@@ -205,15 +204,14 @@ def _reason(located: Located) -> str:
 
 
 def _near(text: str) -> Near:
-    match = re.fullmatch(r'([^,]+),([^,]+),([\d.eE+-]+)\s*(km|m)?', text.strip())
+    kilometres = text.rstrip().endswith('km')
+    numbers = text.rstrip().removesuffix('km' if kilometres else 'm').split(',')
     try:
-        if match is None:
-            raise ValueError
-        latitude, longitude, radius = (float(match[number]) for number in (1, 2, 3))
+        latitude, longitude, radius = map(float, numbers)
     except ValueError:
         raise ArgumentTypeError(
             f'{text!r} is not a place: give LAT,LON,RADIUS, such as 49.01,8.40,2km') from None
-    radius *= 1000.0 if match[4] == 'km' else 1.0
+    radius *= 1000.0 if kilometres else 1.0
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
         raise ArgumentTypeError(
             f'{text!r} is not on the earth: give degrees, the latitude first')
@@ -229,11 +227,10 @@ def _scale(text: str) -> ScaleRange:
     except ValueError:
         raise ArgumentTypeError(
             f'{text!r} is not a range: give two positive numbers, such as 0.5..3') from None
-    least_of_all, most_of_all = _SCALES
-    if scale.most > _WIDEST * scale.least or not least_of_all <= scale.least < most_of_all:
+    if scale.most > _WIDEST * scale.least or not _LEAST_SCALE <= scale.least < _MOST_SCALE:
         raise ArgumentTypeError(
-            f'{text!r} is too wide, or not metres: give numbers from {least_of_all:g} to'
-            f' {most_of_all:g}, the larger one up to {_WIDEST:g} times the smaller, such as'
+            f'{text!r} is too wide, or not metres: give numbers from {_LEAST_SCALE:g} to'
+            f' {_MOST_SCALE:g}, the larger one up to {_WIDEST:g} times the smaller, such as'
             ' 0.5..3')
     return scale
 

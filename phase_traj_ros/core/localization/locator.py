@@ -60,30 +60,27 @@ class MapLocator:
             No road is within the prior.
 
         """
-        self._settings = settings or LocatorSettings()
-        self._scale = scale or ScaleRange()
-        self._roads = roads
+        settings, scale = settings or LocatorSettings(), scale or ScaleRange()
+        self._settings, self._scale, self._roads = settings, scale, roads
         self._rng = np.random.default_rng(seed)
-        self._scale_correction = ScaleCorrection(self._scale, self._settings)
-        self._seeding = Seeding(roads, self._scale, self._settings, self._rng)
-        self._motion = MotionModel(roads, self._scale, self._settings)
-        self._places = Places(roads, self._settings)
-        self._reckoning = DeadReckoning(
-            self._settings.stride_m / self._scale.middle, self._settings.chord_strides)
-        self._claim = Claim(self._settings, on_map=prior is not None)
-        self._departure = DepartureDetector(self._settings)
-        self._gate = fixes.FixGate(self._settings)
-        self._null = NullHypothesis(self._settings)
-        log_mapped = math.log1p(-self._settings.null_share)
+        self._scale_correction = ScaleCorrection(scale, settings)
+        self._seeding = Seeding(roads, scale, settings, self._rng)
+        self._motion = MotionModel(roads, scale, settings, self._rng)
+        self._places = Places(roads, settings)
+        self._reckoning = DeadReckoning(settings.stride_m / scale.middle, settings.chord_strides)
+        self._claim = Claim(settings, on_map=prior is not None)
+        self._departure = DepartureDetector(settings)
+        self._gate = fixes.FixGate(settings)
+        self._null = NullHypothesis(settings)
+        log_mapped = math.log1p(-settings.null_share)
         self._per_piece = min(
-            max(self._settings.most_at_start // len(roads), self._settings.per_piece),
-            self._settings.most_per_piece)
+            max(settings.most_at_start // len(roads), settings.per_piece), settings.most_per_piece)
         self._hypotheses = (
             self._seeding.anywhere(self._reckoning, log_mapped, copies=self._per_piece)
             if prior is None else self._seeding.around(prior, self._reckoning, log_mapped))
         self._track = fixes.Track()
         self._travelled = self._seeded_at = 0.0
-        self._past: deque[_Moment] = deque(maxlen=self._settings.u_turn_strides)
+        self._past: deque[_Moment] = deque(maxlen=settings.u_turn_strides)
         self._found = self._places.best(self._hypotheses, self._log_total())
 
     def update(self, step: OdometryStep) -> LocationEstimate:
@@ -110,7 +107,7 @@ class MapLocator:
         settings, metres = self._settings, stride.distance * self._scale.middle
         most = max(settings.most_hypotheses, (self._per_piece + 1) * len(self._roads))
         self._travelled += metres
-        hypotheses = self._motion.advance(self._hypotheses, stride, most, self._rng)
+        hypotheses = self._motion.advance(self._hypotheses, stride, most)
         self._null.follow(stride, metres, weigh(hypotheses, stride, settings))
         self._hypotheses = self._with_u_turns(hypotheses, stride, most)
         self._reseed()

@@ -19,16 +19,15 @@ _GOLDEN = (math.sqrt(5.0) - 1.0) / 2
 class MotionModel:
     """Predicts how hypotheses move along the roads of a map."""
 
-    def __init__(self, roads: RoadMap, scale: ScaleRange, settings: LocatorSettings) -> None:
+    def __init__(
+        self, roads: RoadMap, scale: ScaleRange, settings: LocatorSettings,
+        rng: np.random.Generator,
+    ) -> None:
         """Compute the transition probabilities at the junctions of a map."""
-        self._roads = roads
-        self._scale = scale
-        self._settings = settings
+        self._roads, self._scale, self._settings, self._rng = roads, scale, settings, rng
         self._log_chance, self._saved = _transitions(roads, settings)
 
-    def advance(
-        self, hypotheses: Hypotheses, stride: Stride, most: int, rng: np.random.Generator,
-    ) -> Hypotheses:
+    def advance(self, hypotheses: Hypotheses, stride: Stride, most: int) -> Hypotheses:
         """Return the hypotheses after a stride; at most ``most`` at once pass to a next piece."""
         settings = self._settings
         share = stride.distance * self._scale.middle / 100.0
@@ -37,7 +36,7 @@ class MotionModel:
             math.sqrt(stride.distance_variance) * self._scale.middle)
         expected = stride.distance * np.exp(hypotheses.log_scale)
         variance = deviation ** 2 + expected ** 2 * hypotheses.scale_variance
-        off = np.sqrt(variance) * _stratified(len(hypotheses), rng)
+        off = np.sqrt(variance) * _stratified(len(hypotheses), self._rng)
         # A Kalman filter updates the scale by the distance that was drawn.
         gain = expected * hypotheses.scale_variance / variance
         log_scale = hypotheses.log_scale + gain * off
