@@ -26,22 +26,15 @@ from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.outputs.protected import check_directory
 from phase_traj_ros.tasks.batch.job import replay_source
-from phase_traj_ros.tasks.location.files import (
-    add_to_chain_code,
-    degrees,
-    LOCATION_FILES,
-    REPORT,
-    write_location,
-)
+from phase_traj_ros.tasks.location.files import CODES, LOCATION_FILES, REPORT, write_location
 from phase_traj_ros.tasks.location.odometry import DriveOdometry, odometry_of, read_odometry
-from phase_traj_ros.tasks.location.report import verdict, write_location_report
+from phase_traj_ros.tasks.location.report import verdict
 from phase_traj_ros.tasks.location.run import locate, Located, Near
 
 EXIT_NOT_KNOWN = 1
 
 # Metres that a drive takes to be located, mostly: anywhere in a town, and near a place.
 _NEEDED, _NEEDED_NEAR = 1000.0, 400.0
-_CODES = 'chain_code.json'
 # Metres per unit of an odometry, and the largest ratio of the ends of a range: within 0.3..3, a
 # drive is located, within 0.1..10 it is not.
 _LEAST_SCALE, _MOST_SCALE, _WIDEST = 1e-3, 1e3, 10.0
@@ -110,8 +103,7 @@ def run(options: Namespace) -> int | None:
             options.output, names=LOCATION_FILES, inputs=(options.map,), force=options.force)
     source: Path = options.source
     odometry, codes = _odometry(options)
-    title = source.name or str(source)
-    names = LOCATION_FILES if codes is None else (*LOCATION_FILES, _CODES)
+    names = LOCATION_FILES if codes is None else (*LOCATION_FILES, CODES)
     with ExitStack() as stack:
         # A folder that cannot be written is reported before the search.
         directory = None if options.output is None else stack.enter_context(output_directory(
@@ -121,10 +113,7 @@ def run(options: Namespace) -> int | None:
                 odometry, roads, near=options.near, scale=options.scale, level=options.level,
                 advance=bar.update)
         if directory is not None:
-            write_location(located, directory)
-            write_location_report(located, directory / REPORT, title=title)
-            if codes is not None:
-                add_to_chain_code(located, codes, directory / _CODES)
+            write_location(located, directory, title=source.name or str(source), codes=codes)
     # After the results are complete: if the output is closed, printing raises an error.
     for line in _lines(located):
         print(line)
@@ -139,7 +128,7 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
     of_results = _is_results(source)
     if of_results or (source.suffix in _TRAJECTORIES and source.is_file()):
         _refuse_replaying(options)
-        return read_odometry(source), source / _CODES if of_results else None
+        return read_odometry(source), source / CODES if of_results else None
     request = request_of(options, source, also_read=(options.map,))
     with request.opened() as opened:
         result = replay_source(
@@ -147,7 +136,7 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
             through=over_passes(total=opened.frame_count, title=request.title))
     print_camera(result)
     print_doubts(result)
-    return odometry_of(result), None if options.output is None else options.output / _CODES
+    return odometry_of(result), None if options.output is None else options.output / CODES
 
 
 def _refuse_replaying(options: Namespace) -> None:
@@ -167,7 +156,7 @@ def _refuse_replaying(options: Namespace) -> None:
 
 def _is_results(source: Path) -> bool:
     """Return whether a source is the output folder of a replay."""
-    return source.is_dir() and (source / _CODES).exists()
+    return source.is_dir() and (source / CODES).exists()
 
 
 def _lines(located: Located) -> Iterator[str]:
@@ -179,12 +168,12 @@ def _lines(located: Located) -> Iterator[str]:
     if first is None:
         yield f'{verdict(located)}: {_reason(located)}'
     else:
-        latitude, longitude = degrees(located, first.estimate)
+        latitude, longitude = located.degrees(first.estimate)
         yield f'{verdict(located)}: {latitude:.6f}, {longitude:.6f}'
     if not last.claimed:
         yield f'at the end: not known, probability {last.probability:.3f} of the best place'
     else:
-        latitude, longitude = degrees(located, last)
+        latitude, longitude = located.degrees(last)
         yield (f'at the end: {latitude:.6f}, {longitude:.6f}, bearing'
                f' {bearing_deg(last.heading):.0f}°, standard deviation'
                f' {last.standard_deviation:.1f} m, probability {last.probability:.3f}')
