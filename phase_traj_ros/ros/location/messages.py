@@ -38,19 +38,17 @@ def fix_message(
     projection: LocalProjection,
 ) -> NavSatFix:
     """Return an estimate as a NavSatFix; STATUS_NO_FIX and NaN if the place is not known."""
-    message = NavSatFix(header=MESSAGES.header(stamp_ns, frame_id))
-    message.altitude = math.nan
-    if not estimate.claimed:
-        message.status.status = NavSatStatus.STATUS_NO_FIX
-        message.latitude = message.longitude = math.nan
-        return message
-    message.status.status = NavSatStatus.STATUS_FIX
-    latitude, longitude = projection.to_degrees(estimate.x, estimate.y)
-    message.latitude, message.longitude = float(latitude), float(longitude)
-    covariance = np.diag([0.0, 0.0, UNKNOWN_VARIANCE])
-    covariance[:2, :2] = np.array(estimate.covariance)[:2, :2]
-    message.position_covariance = covariance.reshape(-1)
-    message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_KNOWN
+    message = NavSatFix(
+        header=MESSAGES.header(stamp_ns, frame_id), latitude=math.nan, longitude=math.nan,
+        altitude=math.nan, status=NavSatStatus(status=NavSatStatus.STATUS_NO_FIX))
+    if estimate.claimed:
+        message.status.status = NavSatStatus.STATUS_FIX
+        latitude, longitude = projection.to_degrees(estimate.x, estimate.y)
+        message.latitude, message.longitude = float(latitude), float(longitude)
+        covariance = np.diag([0.0, 0.0, UNKNOWN_VARIANCE])
+        covariance[:2, :2] = np.array(estimate.covariance)[:2, :2]
+        message.position_covariance = covariance.reshape(-1)
+        message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_KNOWN
     return message
 
 
