@@ -39,6 +39,8 @@ _NEEDED, _NEEDED_NEAR = 1000.0, 400.0
 # drive is located, within 0.1..10 it is not.
 _LEAST_SCALE, _MOST_SCALE, _WIDEST = 1e-3, 1e3, 10.0
 _TRAJECTORIES = ('.tum', '.txt')
+# Latitude and longitude, to a decimetre.
+_PLACE = '{:.6f}, {:.6f}'
 
 _EPILOG = f"""
 SOURCE is a recording, the output folder of `phase_traj replay --output DIR`, a trajectory of any
@@ -165,16 +167,12 @@ def _lines(located: Located) -> Iterator[str]:
     yield (f'{located.odometry.source}: {len(poses)} poses, about {driven:.0f} m;'
            f' {roads.source}: {roads.length / 1e3:.0f} km of road')
     first, last = located.first_claim, poses[-1].estimate
-    if first is None:
-        yield f'{verdict(located)}: {_reason(located)}'
-    else:
-        latitude, longitude = located.degrees(first.estimate)
-        yield f'{verdict(located)}: {latitude:.6f}, {longitude:.6f}'
+    found = _reason(located) if first is None else _PLACE.format(*located.degrees(first.estimate))
+    yield f'{verdict(located)}: {found}'
     if not last.claimed:
         yield f'at the end: not known, probability {last.probability:.3f} of the best place'
     else:
-        latitude, longitude = located.degrees(last)
-        yield (f'at the end: {latitude:.6f}, {longitude:.6f}, bearing'
+        yield (f'at the end: {_PLACE.format(*located.degrees(last))}, bearing'
                f' {bearing_deg(last.heading):.0f}°, standard deviation'
                f' {last.standard_deviation:.1f} m, probability {last.probability:.3f}')
     yield f'map data {ATTRIBUTION}'

@@ -8,7 +8,6 @@ import sys
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from phase_traj_ros.errors import MapError, MissingDependencyError
 from phase_traj_ros.io.maps.limits import BYTES_PER_NODE, check_box, check_nodes
 from phase_traj_ros.io.maps.road_classes import is_road, one_way, OsmWay, Roads
@@ -43,7 +42,11 @@ def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
         tags = {tag.k: tag.v for tag in way.tags}
         if is_road(tags, roads):
             nodes = np.array([node.ref for node in way.nodes], np.int64)
-            found.append(OsmWay(nodes, _degrees(way.nodes), one_way(tags)))
+            places = [node.location for node in way.nodes]
+            degrees = np.array([
+                (place.lat, place.lon) if place.valid() else (np.nan, np.nan)
+                for place in places], np.float64).reshape(-1, 2)
+            found.append(OsmWay(nodes, degrees, one_way(tags)))
 
     try:
         with path.open('rb'):
@@ -61,10 +64,3 @@ def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
             f'{path} is truncated, damaged or no .osm.pbf ({error}): download or cut it again',
         ) from None
     return found
-
-
-def _degrees(nodes: Any) -> NDArray[np.float64]:
-    """Return the latitude and longitude of nodes in degrees, (N, 2); NaN if missing."""
-    return np.array([
-        (node.location.lat, node.location.lon) if node.location.valid() else (np.nan, np.nan)
-        for node in nodes], np.float64).reshape(-1, 2)

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import codecs
 from pathlib import Path
 import re
 from typing import Final
@@ -32,8 +31,7 @@ def find_links(path: Path, content: bytes) -> LinksText | None:
         unit or length is not supported.
 
     """
-    utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    lines = _MESSAGE.findall(content.decode('utf-16' if utf16 else 'utf-8-sig', 'replace'))
+    lines = _MESSAGE.findall(content.decode('utf-8-sig', 'replace'))
     if not lines:
         return None
     line = lines[-1].rstrip()
