@@ -15,14 +15,9 @@ from phase_traj_ros.io.results.figures import require_matplotlib
 from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Drive, town_drive
-from phase_traj_ros.tasks.location.files import (
-    add_to_chain_code,
-    degrees,
-    LOCATION_FILES,
-    write_location,
-)
+from phase_traj_ros.tasks.location.files import CODES, LOCATION_FILES, write_location
 from phase_traj_ros.tasks.location.odometry import odometry_of
-from phase_traj_ros.tasks.location.report import verdict, write_location_report
+from phase_traj_ros.tasks.location.report import verdict
 from phase_traj_ros.tasks.location.run import locate, Located, Near
 
 # Where the town is said to be: in the sea, so that nobody takes it for a real one.
@@ -57,10 +52,7 @@ def run_on_map(options: Namespace) -> None:
         write_results(result, directory)
         located = locate(odometry_of(result), roads, near=_TOWN)
         off = distance_off(located, drive)
-        write_location(located, directory)
-        write_location_report(located, directory / 'location.html', title=drive.name)
-        codes = directory / 'chain_code.json'
-        add_to_chain_code(located, codes, codes)
+        write_location(located, directory, title=drive.name, codes=directory / CODES)
     print(f'{roads.length / 1e3:.1f} km of road. {verdict(located)}, at most {off:.1f} m off')
     print(f'map       {options.output / _MAP}')
     print(f'report    {options.output / "location.html"}')
@@ -82,7 +74,7 @@ def distance_off(located: Located, drive: Drive) -> float:
     off = 0.0
     for pose in located.poses:
         if pose.estimate.claimed:
-            x, y = _ORIGIN.to_metres(*degrees(located, pose.estimate)).tolist()
+            x, y = _ORIGIN.to_metres(*located.degrees(pose.estimate)).tolist()
             off = max(off, math.dist((x, y), truth[pose.stamp_ns]))
     if not off < _WRONG:
         raise ResultError(f'a place is {off:.1f} m from the true one')

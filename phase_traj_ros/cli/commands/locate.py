@@ -6,7 +6,6 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
-import re
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
@@ -27,26 +26,21 @@ from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.outputs.protected import check_directory
 from phase_traj_ros.tasks.batch.job import replay_source
-from phase_traj_ros.tasks.location.files import (
-    add_to_chain_code,
-    degrees,
-    LOCATION_FILES,
-    REPORT,
-    write_location,
-)
+from phase_traj_ros.tasks.location.files import CODES, LOCATION_FILES, REPORT, write_location
 from phase_traj_ros.tasks.location.odometry import DriveOdometry, odometry_of, read_odometry
-from phase_traj_ros.tasks.location.report import verdict, write_location_report
+from phase_traj_ros.tasks.location.report import verdict
 from phase_traj_ros.tasks.location.run import locate, Located, Near
 
 EXIT_NOT_KNOWN = 1
 
 # Metres that a drive takes to be located, mostly: anywhere in a town, and near a place.
 _NEEDED, _NEEDED_NEAR = 1000.0, 400.0
-_CODES = 'chain_code.json'
 # Metres per unit of an odometry, and the largest ratio of the ends of a range: within 0.3..3, a
 # drive is located, within 0.1..10 it is not.
-_SCALES, _WIDEST = (1e-3, 1e3), 10.0
+_LEAST_SCALE, _MOST_SCALE, _WIDEST = 1e-3, 1e3, 10.0
 _TRAJECTORIES = ('.tum', '.txt')
+# Latitude and longitude, to a decimetre.
+_PLACE = '{:.6f}, {:.6f}'
 
 _EPILOG = f"""
 SOURCE is a recording, the output folder of `phase_traj replay --output DIR`, a trajectory of any
@@ -111,8 +105,7 @@ def run(options: Namespace) -> int | None:
             options.output, names=LOCATION_FILES, inputs=(options.map,), force=options.force)
     source: Path = options.source
     odometry, codes = _odometry(options)
-    title = source.name or str(source)
-    names = LOCATION_FILES if codes is None else (*LOCATION_FILES, _CODES)
+    names = LOCATION_FILES if codes is None else (*LOCATION_FILES, CODES)
     with ExitStack() as stack:
         # A folder that cannot be written is reported before the search.
         directory = None if options.output is None else stack.enter_context(output_directory(
@@ -122,10 +115,7 @@ def run(options: Namespace) -> int | None:
                 odometry, roads, near=options.near, scale=options.scale, level=options.level,
                 advance=bar.update)
         if directory is not None:
-            write_location(located, directory)
-            write_location_report(located, directory / REPORT, title=title)
-            if codes is not None:
-                add_to_chain_code(located, codes, directory / _CODES)
+            write_location(located, directory, title=source.name or str(source), codes=codes)
     # After the results are complete: if the output is closed, printing raises an error.
     for line in _lines(located):
         print(line)
@@ -140,7 +130,7 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
     of_results = _is_results(source)
     if of_results or (source.suffix in _TRAJECTORIES and source.is_file()):
         _refuse_replaying(options)
-        return read_odometry(source), source / _CODES if of_results else None
+        return read_odometry(source), source / CODES if of_results else None
     request = request_of(options, source, also_read=(options.map,))
     with request.opened() as opened:
         result = replay_source(
@@ -148,7 +138,7 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
             through=over_passes(total=opened.frame_count, title=request.title))
     print_camera(result)
     print_doubts(result)
-    return odometry_of(result), None if options.output is None else options.output / _CODES
+    return odometry_of(result), None if options.output is None else options.output / CODES
 
 
 def _refuse_replaying(options: Namespace) -> None:
@@ -168,7 +158,7 @@ def _refuse_replaying(options: Namespace) -> None:
 
 def _is_results(source: Path) -> bool:
     """Return whether a source is the output folder of a replay."""
-    return source.is_dir() and (source / _CODES).exists()
+    return source.is_dir() and (source / CODES).exists()
 
 
 def _lines(located: Located) -> Iterator[str]:
@@ -177,16 +167,12 @@ def _lines(located: Located) -> Iterator[str]:
     yield (f'{located.odometry.source}: {len(poses)} poses, about {driven:.0f} m;'
            f' {roads.source}: {roads.length / 1e3:.0f} km of road')
     first, last = located.first_claim, poses[-1].estimate
-    if first is None:
-        yield f'{verdict(located)}: {_reason(located)}'
-    else:
-        latitude, longitude = degrees(located, first.estimate)
-        yield f'{verdict(located)}: {latitude:.6f}, {longitude:.6f}'
+    found = _reason(located) if first is None else _PLACE.format(*located.degrees(first.estimate))
+    yield f'{verdict(located)}: {found}'
     if not last.claimed:
         yield f'at the end: not known, probability {last.probability:.3f} of the best place'
     else:
-        latitude, longitude = degrees(located, last)
-        yield (f'at the end: {latitude:.6f}, {longitude:.6f}, bearing'
+        yield (f'at the end: {_PLACE.format(*located.degrees(last))}, bearing'
                f' {bearing_deg(last.heading):.0f}°, standard deviation'
                f' {last.standard_deviation:.1f} m, probability {last.probability:.3f}')
     yield f'map data {ATTRIBUTION}'
@@ -205,15 +191,14 @@ def _reason(located: Located) -> str:
 
 
 def _near(text: str) -> Near:
-    match = re.fullmatch(r'([^,]+),([^,]+),([\d.eE+-]+)\s*(km|m)?', text.strip())
+    kilometres = text.rstrip().endswith('km')
+    numbers = text.rstrip().removesuffix('km' if kilometres else 'm').split(',')
     try:
-        if match is None:
-            raise ValueError
-        latitude, longitude, radius = (float(match[number]) for number in (1, 2, 3))
+        latitude, longitude, radius = map(float, numbers)
     except ValueError:
         raise ArgumentTypeError(
             f'{text!r} is not a place: give LAT,LON,RADIUS, such as 49.01,8.40,2km') from None
-    radius *= 1000.0 if match[4] == 'km' else 1.0
+    radius *= 1000.0 if kilometres else 1.0
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
         raise ArgumentTypeError(
             f'{text!r} is not on the earth: give degrees, the latitude first')
@@ -229,11 +214,10 @@ def _scale(text: str) -> ScaleRange:
     except ValueError:
         raise ArgumentTypeError(
             f'{text!r} is not a range: give two positive numbers, such as 0.5..3') from None
-    least_of_all, most_of_all = _SCALES
-    if scale.most > _WIDEST * scale.least or not least_of_all <= scale.least < most_of_all:
+    if scale.most > _WIDEST * scale.least or not _LEAST_SCALE <= scale.least < _MOST_SCALE:
         raise ArgumentTypeError(
-            f'{text!r} is too wide, or not metres: give numbers from {least_of_all:g} to'
-            f' {most_of_all:g}, the larger one up to {_WIDEST:g} times the smaller, such as'
+            f'{text!r} is too wide, or not metres: give numbers from {_LEAST_SCALE:g} to'
+            f' {_MOST_SCALE:g}, the larger one up to {_WIDEST:g} times the smaller, such as'
             ' 0.5..3')
     return scale
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
+from phase_traj_ros.core.localization import fixes
 from phase_traj_ros.core.localization.claim import Claim, DepartureDetector
 from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimate
 from phase_traj_ros.core.localization.filter.hypotheses import Hypotheses
@@ -16,13 +17,6 @@ from phase_traj_ros.core.localization.filter.resampling import merged, pruned, r
 from phase_traj_ros.core.localization.filter.scales import ScaleCorrection
 from phase_traj_ros.core.localization.filter.seeding import Seeding
 from phase_traj_ros.core.localization.filter.strides import DeadReckoning, Stride
-from phase_traj_ros.core.localization.fixes.gate import FixGate, GateDecision
-from phase_traj_ros.core.localization.fixes.likelihood import (
-    log_likelihood,
-    log_likelihood_off_road,
-    radius_of,
-)
-from phase_traj_ros.core.localization.fixes.track import Track
 from phase_traj_ros.core.localization.given import OdometryStep, PositionFix, Prior, ScaleRange
 from phase_traj_ros.core.localization.places import Place, Places
 from phase_traj_ros.core.localization.roads import PIECE_M, RoadMap
@@ -66,30 +60,27 @@ class MapLocator:
             No road is within the prior.
 
         """
-        self._settings = settings or LocatorSettings()
-        self._scale = scale or ScaleRange()
-        self._roads = roads
+        settings, scale = settings or LocatorSettings(), scale or ScaleRange()
+        self._settings, self._scale, self._roads = settings, scale, roads
         self._rng = np.random.default_rng(seed)
-        self._scale_correction = ScaleCorrection(self._scale, self._settings)
-        self._seeding = Seeding(roads, self._scale, self._settings, self._rng)
-        self._motion = MotionModel(roads, self._scale, self._settings)
-        self._places = Places(roads, self._settings)
-        self._reckoning = DeadReckoning(
-            self._settings.stride_m / self._scale.middle, self._settings.chord_strides)
-        self._claim = Claim(self._settings, on_map=prior is not None)
-        self._departure = DepartureDetector(self._settings)
-        self._gate = FixGate(self._settings)
-        self._null = NullHypothesis(self._settings)
-        log_mapped = math.log1p(-self._settings.null_share)
+        self._scale_correction = ScaleCorrection(scale, settings)
+        self._seeding = Seeding(roads, scale, settings, self._rng)
+        self._motion = MotionModel(roads, scale, settings, self._rng)
+        self._places = Places(roads, settings)
+        self._reckoning = DeadReckoning(settings.stride_m / scale.middle, settings.chord_strides)
+        self._claim = Claim(settings, on_map=prior is not None)
+        self._departure = DepartureDetector(settings)
+        self._gate = fixes.FixGate(settings)
+        self._null = NullHypothesis(settings)
+        log_mapped = math.log1p(-settings.null_share)
         self._per_piece = min(
-            max(self._settings.most_at_start // len(roads), self._settings.per_piece),
-            self._settings.most_per_piece)
+            max(settings.most_at_start // len(roads), settings.per_piece), settings.most_per_piece)
         self._hypotheses = (
             self._seeding.anywhere(self._reckoning, log_mapped, copies=self._per_piece)
             if prior is None else self._seeding.around(prior, self._reckoning, log_mapped))
-        self._track = Track()
+        self._track = fixes.Track()
         self._travelled = self._seeded_at = 0.0
-        self._past: deque[_Moment] = deque(maxlen=self._settings.u_turn_strides)
+        self._past: deque[_Moment] = deque(maxlen=settings.u_turn_strides)
         self._found = self._places.best(self._hypotheses, self._log_total())
 
     def update(self, step: OdometryStep) -> LocationEstimate:
@@ -116,15 +107,16 @@ class MapLocator:
         settings, metres = self._settings, stride.distance * self._scale.middle
         most = max(settings.most_hypotheses, (self._per_piece + 1) * len(self._roads))
         self._travelled += metres
-        hypotheses = self._motion.advance(self._hypotheses, stride, most, self._rng)
+        hypotheses = self._motion.advance(self._hypotheses, stride, most)
         self._null.follow(stride, metres, weigh(hypotheses, stride, settings))
         self._hypotheses = self._with_u_turns(hypotheses, stride, most)
         self._reseed()
         hypotheses = merged(pruned(self._hypotheses, settings), settings, self._rng)
         hypotheses = resampled(hypotheses, most, self._rng)
         copies = self._scale_correction.follow(hypotheses, stride, metres)
-        self._hypotheses = split(
-            hypotheses, min(copies * self._fewest(), settings.most_hypotheses))
+        fewest = settings.fewest_hypotheses if self._claim.leads else min(
+            settings.fewest_searching, self._per_piece * len(self._roads))
+        self._hypotheses = split(hypotheses, min(copies * fewest, settings.most_hypotheses))
         if self._claim.leads:
             # The vehicle may leave the roads. While no place leads, most hypotheses are wrong, and
             # their gains on straight roads would pass to the null hypothesis.
@@ -158,10 +150,10 @@ class MapLocator:
         before = self._past[0] if len(self._past) == self._past.maxlen else None
         self._past.append(_Moment(
             self._hypotheses if len(self._hypotheses) <= settings.most_hypotheses else None,
-            stride.heading, reckoning.position, self._null.log_fit))
-        if before is None or before.hypotheses is None or not len(before.hypotheses):
+            reckoning.heading, reckoning.position, self._null.log_fit))
+        if before is None or before.hypotheses is None:
             return hypotheses
-        off = abs(abs(stride.heading - before.heading) - math.pi)
+        off = abs(abs(reckoning.heading - before.heading) - math.pi)
         if off > settings.u_turn or stride.bend > math.pi / 2:
             return hypotheses
         self._past.clear()
@@ -174,12 +166,6 @@ class MapLocator:
     def _log_total(self) -> float:
         """Return the logarithm of the total weight, including the null hypothesis."""
         return float(np.logaddexp(self._hypotheses.log_total, self._null.log_weight))
-
-    def _fewest(self) -> int:
-        """Return the number below which hypotheses are split."""
-        settings = self._settings
-        return settings.fewest_hypotheses if self._claim.leads else min(
-            settings.fewest_searching, self._per_piece * len(self._roads))
 
     def _estimate(self, stamp_ns: int) -> LocationEstimate:
         place, candidates = self._found[0], tuple(map(self._candidate, self._found))
@@ -217,13 +203,13 @@ class MapLocator:
         decision = self._gate.judge(
             fix, travelled, place.displaced(since) if self._claim.leads else None,
             place.covariance[:2, :2])
-        if decision is GateDecision.REJECT:
+        if decision is fixes.GateDecision.REJECT:
             return False
-        if decision is GateDecision.RESTART:
+        if decision is fixes.GateDecision.RESTART:
             self._restart_at(fix, since)
         else:
             self._weigh(fix, since)
-            if radius_of(fix) < self._settings.mode_m:
+            if fixes.radius_of(fix) < self._settings.mode_m:
                 self._claim.prove()
         self._found = self._places.best(self._hypotheses, self._log_total())
         return True
@@ -235,10 +221,10 @@ class MapLocator:
         ``since`` is the displacement of the odometry from the last stride to the fix.
         """
         settings, hypotheses, area = self._settings, self._hypotheses, self._roads.area
-        fit = log_likelihood(fix, hypotheses.displaced(since), area, settings)
+        fit = fixes.log_likelihood(fix, hypotheses.displaced(since), area, settings)
         hypotheses.log_weight = hypotheses.log_weight + settings.tempering * fit
         self._null.add_log_likelihood(
-            settings.tempering * log_likelihood_off_road(fix, area, settings))
+            settings.tempering * fixes.log_likelihood_off_road(fix, area, settings))
 
     def _restart_at(self, fix: PositionFix, since: complex) -> None:
         """
@@ -253,10 +239,10 @@ class MapLocator:
         # The direction of the motion since the fix is not known.
         moved = abs(self._reckoning.since - since) * self._scale.middle
         prior = Prior(
-            fix.x, fix.y, 3.0 * math.hypot(radius_of(fix), settings.fix_road_m) + moved)
+            fix.x, fix.y, 3.0 * math.hypot(fixes.radius_of(fix), settings.fix_road_m) + moved)
         if self._roads.distance_to(fix.x, fix.y) <= prior.radius:
             near = self._seeding.around(prior, self._reckoning, total)
-            near.log_weight = near.log_weight + log_likelihood(
+            near.log_weight = near.log_weight + fixes.log_likelihood(
                 fix, near.displaced(since), self._roads.area, settings)
             near.log_weight += total - near.log_total
             self._hypotheses = self._hypotheses.joined(near)

@@ -89,9 +89,9 @@ class RoadMap:
             raise ValueError('a position is not finite: give metres')
         shared = np.bincount(every, minlength=len(positions)) > 1
         thinned = [_thinned(positions, way, shared) for way in listed]
-        tails = np.concatenate([np.empty(0, np.int64), *(way[:-1] for way in thinned)])
-        heads = np.concatenate([np.empty(0, np.int64), *(way[1:] for way in thinned)])
-        rule = np.repeat(np.asarray(rules, np.int64), [max(len(way) - 1, 0) for way in thinned])
+        edges = [np.stack([way[:-1], way[1:]]) for way in thinned]
+        tails, heads = np.concatenate([np.empty((2, 0), np.int64), *edges], axis=1)
+        rule = np.repeat(np.asarray(rules, np.int64), [edge.shape[1] for edge in edges])
         real = np.hypot(*(positions[heads] - positions[tails]).T) > 0.0
         if not real.any():
             raise ValueError('the map has no roads: give at least one way of two different places')
@@ -169,14 +169,10 @@ def _thinned(positions: Floats, way: Ints, shared: Flags) -> Ints:
     """Return a way without the inner nodes that are close to the previous one and not shared."""
     if len(way) < 3:
         return way
-    kept, last = [int(way[0])], positions[way[0]]
-    points = positions[way]
-    for number in range(1, len(way) - 1):
-        node = int(way[number])
-        x, y = points[number]
-        if shared[node] or math.hypot(x - last[0], y - last[1]) >= _SHORTEST_M:
+    kept = [way[0]]
+    for node in way[1:-1]:
+        if shared[node] or math.dist(positions[node], positions[kept[-1]]) >= _SHORTEST_M:
             kept.append(node)
-            last = points[number]
     return np.array([*kept, way[-1]])
 
 

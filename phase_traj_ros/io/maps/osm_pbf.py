@@ -8,11 +8,9 @@ import sys
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from phase_traj_ros.errors import MapError, MissingDependencyError
 from phase_traj_ros.io.maps.limits import BYTES_PER_NODE, check_box, check_nodes
-from phase_traj_ros.io.maps.osm_ways import OsmWay
-from phase_traj_ros.io.maps.road_classes import is_road, one_way, Roads
+from phase_traj_ros.io.maps.road_classes import is_road, one_way, OsmWay, Roads
 
 
 def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
@@ -27,7 +25,13 @@ def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
         pyosmium is not installed.
 
     """
-    osmium = _osmium()
+    try:
+        osmium = import_module('osmium')
+    except ImportError as error:
+        raise MissingDependencyError(
+            f'maps as .osm.pbf need pyosmium ({error}): install it for the interpreter that runs'
+            f' this, {sys.executable} -m pip install osmium (apt: python3-pyosmium), or give the'
+            ' map as .osm, .osm.gz or .osm.bz2') from None
     check_nodes(path, path.stat().st_size // BYTES_PER_NODE)
     found: list[OsmWay] = []
 
@@ -38,7 +42,11 @@ def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
         tags = {tag.k: tag.v for tag in way.tags}
         if is_road(tags, roads):
             nodes = np.array([node.ref for node in way.nodes], np.int64)
-            found.append(OsmWay(nodes, _degrees(way.nodes), one_way(tags)))
+            places = [node.location for node in way.nodes]
+            degrees = np.array([
+                (place.lat, place.lon) if place.valid() else (np.nan, np.nan)
+                for place in places], np.float64).reshape(-1, 2)
+            found.append(OsmWay(nodes, degrees, one_way(tags)))
 
     try:
         with path.open('rb'):
@@ -56,20 +64,3 @@ def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
             f'{path} is truncated, damaged or no .osm.pbf ({error}): download or cut it again',
         ) from None
     return found
-
-
-def _osmium() -> Any:
-    try:
-        return import_module('osmium')
-    except ImportError as error:
-        raise MissingDependencyError(
-            f'maps as .osm.pbf need pyosmium ({error}): install it for the interpreter that runs'
-            f' this, {sys.executable} -m pip install osmium (apt: python3-pyosmium), or give the'
-            ' map as .osm, .osm.gz or .osm.bz2') from None
-
-
-def _degrees(nodes: Any) -> NDArray[np.float64]:
-    """Return the latitude and longitude of nodes in degrees, (N, 2); NaN if missing."""
-    return np.array([
-        (node.location.lat, node.location.lon) if node.location.valid() else (np.nan, np.nan)
-        for node in nodes], np.float64).reshape(-1, 2)

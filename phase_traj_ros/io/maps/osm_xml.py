@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.errors import MapError
 from phase_traj_ros.io.maps.limits import check_box, check_nodes
-from phase_traj_ros.io.maps.osm_ways import OsmWay
-from phase_traj_ros.io.maps.road_classes import is_road, one_way, Roads
+from phase_traj_ros.io.maps.road_classes import is_road, one_way, OsmWay, Roads
 
 # The number of nodes is checked each time that this many are read.
 _COUNTED = 1 << 16
@@ -41,19 +40,13 @@ def read_xml(path: Path, roads: Roads) -> list[OsmWay]:
     except (EOFError, ElementTree.ParseError, zlib.error) as error:
         raise MapError(
             f'{path} is truncated or damaged ({error}): download or cut it again') from None
-    except (gzip.BadGzipFile, ValueError, KeyError, OverflowError) as error:
-        raise _no_osm(path, error) from None
-    except OSError as error:
-        # bz2 raises OSError without a number for invalid data.
-        if error.errno is not None:
+    except (OSError, ValueError, KeyError, OverflowError) as error:
+        # gzip and bz2 raise an OSError without a number for invalid data.
+        if isinstance(error, OSError) and error.errno is not None:
             raise
-        raise _no_osm(path, error) from None
-
-
-def _no_osm(path: Path, error: Exception) -> MapError:
-    return MapError(
-        f'{path} is not the OpenStreetMap XML that its name says ({error}): give an .osm,'
-        ' .osm.gz, .osm.bz2 or .osm.pbf')
+        raise MapError(
+            f'{path} is not the OpenStreetMap XML that its name says ({error}): give an .osm,'
+            ' .osm.gz, .osm.bz2 or .osm.pbf') from None
 
 
 def _read(path: Path, file: BinaryIO, roads: Roads) -> list[OsmWay]:

@@ -1,10 +1,14 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Decides which ways of OpenStreetMap are roads, and which of them are one-way."""
+"""The ways of OpenStreetMap that are roads: which they are, and which of them are one-way."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import Enum
 from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 
 class Roads(Enum):
@@ -37,6 +41,24 @@ _ACCESS: Final = ('motorcar', 'motor_vehicle', 'vehicle', 'access')
 _FORWARD: Final = frozenset(('yes', 'true', '1'))
 _BACKWARD: Final = frozenset(('-1', 'reverse'))
 _ROUND: Final = frozenset(('roundabout', 'circular'))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OsmWay:
+    """
+    A way of OpenStreetMap that is a road.
+
+    nodes
+        Identifiers of its nodes in order, (N,).
+    degrees
+        Latitude and longitude of the nodes in degrees, (N, 2); NaN for missing nodes.
+    one_way
+        1 if it is one-way in the order of its nodes, -1 against it, 0 if it is not one-way.
+    """
+
+    nodes: NDArray[np.int64]
+    degrees: NDArray[np.float64]
+    one_way: int
 
 
 def is_road(tags: Mapping[str, str], roads: Roads) -> bool:

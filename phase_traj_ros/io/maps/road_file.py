@@ -16,10 +16,9 @@ from phase_traj_ros.core.localization.roads import RoadMap
 from phase_traj_ros.errors import MapError
 from phase_traj_ros.io.maps.limits import check_length
 from phase_traj_ros.io.maps.osm_pbf import read_pbf
-from phase_traj_ros.io.maps.osm_ways import OsmWay
 from phase_traj_ros.io.maps.osm_xml import read_xml
 from phase_traj_ros.io.maps.projection import LocalProjection
-from phase_traj_ros.io.maps.road_classes import Roads
+from phase_traj_ros.io.maps.road_classes import OsmWay, Roads
 
 _XML: Final = ('.osm', '.osm.gz', '.osm.bz2')
 _PBF: Final = ('.osm.pbf', '.pbf')

@@ -7,9 +7,8 @@ from __future__ import annotations
 import math
 
 from nav_msgs.msg import Odometry as OdometryMessage
-from phase_traj_ros.core import Update
-from phase_traj_ros.core.localization.fixes.track import check_age
-from phase_traj_ros.core.localization.locator import MapLocator
+from phase_traj_ros.core import LocationEstimate, MapLocator, Update
+from phase_traj_ros.core.localization.fixes import check_age
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_classes import Roads
@@ -27,7 +26,7 @@ from phase_traj_ros.ros.location.messages import (
     position_fix,
     road_markers,
 )
-from phase_traj_ros.ros.location.worker import LocatorWorker, Moved, Placed
+from phase_traj_ros.ros.location.worker import LocatorWorker, Moved
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from phase_traj_ros.tasks.location.motion import ANYWHERE, Motions, MovedPair
 from phase_traj_ros.tasks.location.odometry import IN_HEIGHTS, IN_METRES
@@ -72,28 +71,25 @@ class Location:
         self.values = values
         """Values of the parameters; the frame of the vehicle may change while the node runs."""
         self._motions = Motions()
-        self._newest = Placed(Moved(0, ()), UNKNOWN)
+        self._estimate, self._estimate_ns = UNKNOWN, 0
         self._stamp_ns: int | None = None
         self._failed = False
         self._roads = read_roads(
             user_path(values.map_file), Roads(values.map_roads),
             datum=_datum(values.map_datum))
+        self._fix = entities.create_publisher(NavSatFix, '~/fix', PER_PAIR)
+        self._odom = entities.create_publisher(OdometryMessage, '~/odom_map', PER_PAIR)
+        self._candidates = entities.create_publisher(MarkerArray, '~/candidates', 1)
+        roads = entities.create_publisher(MarkerArray, '~/roads', LATCHED)
+        roads.publish(road_markers(self._roads.lines, MESSAGES.header(0, MAP_FRAME)))
+        # REP 105 needs an odometry in metres; /tf_static may give the camera height later.
+        self._transform = (
+            MapTransform(node, entities, values.odom_frame)
+            if values.publish_map_tf and values.settings.metric else None)
+        entities.create_timer(_CANDIDATES_S, self._publish_candidates)
+        # Last: nobody would stop its thread if any of the above failed.
         self._worker = LocatorWorker(MapLocator(
             self._roads.road_map, scale=IN_METRES if values.settings.metric else IN_HEIGHTS))
-        try:
-            self._fix = entities.create_publisher(NavSatFix, '~/fix', PER_PAIR)
-            self._odom = entities.create_publisher(OdometryMessage, '~/odom_map', PER_PAIR)
-            self._candidates = entities.create_publisher(MarkerArray, '~/candidates', 1)
-            roads = entities.create_publisher(MarkerArray, '~/roads', LATCHED)
-            roads.publish(road_markers(self._roads.lines, MESSAGES.header(0, MAP_FRAME)))
-            # REP 105 needs an odometry in metres; /tf_static may give the camera height later.
-            self._transform = (
-                MapTransform(node, entities, values.odom_frame)
-                if values.publish_map_tf and values.settings.metric else None)
-            entities.create_timer(_CANDIDATES_S, self._publish_candidates)
-        except BaseException:
-            self._worker.close()
-            raise
         origin = self._roads.projection
         node.get_logger().info(
             f'{values.map_file}: {self._roads.length / 1e3:.0f} km of road, datum'
@@ -140,7 +136,7 @@ class Location:
 
     def report(self) -> Report:
         """Return the status for /diagnostics."""
-        estimate, worker = self._newest.estimate, self._worker
+        estimate, worker = self._estimate, self._worker
         values = {
             'map': self.values.map_file,
             'probability': f'{estimate.probability:.3f}',
@@ -161,30 +157,30 @@ class Location:
     def _on_fix(self, message: NavSatFix) -> None:
         try:
             fix = position_fix(message, self._roads.projection)
-            if fix is not None and fix.stamp_ns is not None and self._stamp_ns is not None:
+            if fix is None:
+                return
+            if fix.stamp_ns is not None and self._stamp_ns is not None:
                 check_age(self._stamp_ns - fix.stamp_ns)
+            self._worker.fix(fix)
         except ValueError as error:
             self._node.get_logger().error(
                 f'skipped a fix: {error}', throttle_duration_sec=_THROTTLE_S)
-            return
-        if fix is not None:
-            self._worker.fix(fix)
 
     def _publish_placed(self) -> None:
         if self._worker.failure is not None and not self._failed:
             self._failed = True
             self._node.get_logger().error(
                 f'the place is no longer computed: {self._worker.failure!r}')
-        for placed in self._worker.take():
-            known = self._newest.estimate.claimed
-            self._newest = placed
-            if placed.estimate.claimed != known:
+        for moved, estimate in self._worker.take():
+            known = self._estimate.claimed
+            self._estimate, self._estimate_ns = estimate, moved.stamp_ns
+            if estimate.claimed != known:
                 self._node.get_logger().info(
                     f'the place is {"no longer " if known else ""}known')
-            self._publish(placed)
+            self._publish(moved, estimate)
 
-    def _publish(self, placed: Placed) -> None:
-        values, estimate, moved = self.values, placed.estimate, placed.moved
+    def _publish(self, moved: Moved, estimate: LocationEstimate) -> None:
+        values = self.values
         self._fix.publish(fix_message(
             estimate, moved.stamp_ns, values.child_frame_id, self._roads.projection))
         if not estimate.claimed:
@@ -200,8 +196,7 @@ class Location:
         self._publish_placed()
         if self._candidates.get_subscription_count():
             self._candidates.publish(candidate_markers(
-                self._newest.estimate.candidates,
-                MESSAGES.header(self._newest.moved.stamp_ns, MAP_FRAME)))
+                self._estimate.candidates, MESSAGES.header(self._estimate_ns, MAP_FRAME)))
 
 
 def _datum(text: str) -> LocalProjection | None:

@@ -14,9 +14,7 @@ from geometry_msgs.msg import Point, Vector3
 from nav_msgs.msg import Odometry as OdometryMessage
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimate
-from phase_traj_ros.core.localization.given import PositionFix
-from phase_traj_ros.core.path.odometry import Odometry
+from phase_traj_ros.core import Candidate, LocationEstimate, Odometry, PositionFix
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.messages.published import spatial_covariance, UNKNOWN_VARIANCE
 from phase_traj_ros.io.messages.stamps import to_nanoseconds
@@ -25,8 +23,8 @@ from sensor_msgs.msg import NavSatFix, NavSatStatus
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-# Standard deviation of a fix whose receiver does not report one, in metres.
-_DEFAULT_DEVIATION = 10.0
+# Covariance of a fix whose receiver does not report one: standard deviations of 10 m.
+_DEFAULT_COVARIANCE = np.diag([100.0] * 3).reshape(-1).tolist()
 # Sizes of markers in metres.
 _ROAD_WIDTH = 2.0
 _CERTAIN_SIZE = 30.0
@@ -40,19 +38,17 @@ def fix_message(
     projection: LocalProjection,
 ) -> NavSatFix:
     """Return an estimate as a NavSatFix; STATUS_NO_FIX and NaN if the place is not known."""
-    message = NavSatFix(header=MESSAGES.header(stamp_ns, frame_id))
-    message.altitude = math.nan
-    if not estimate.claimed:
-        message.status.status = NavSatStatus.STATUS_NO_FIX
-        message.latitude = message.longitude = math.nan
-        return message
-    message.status.status = NavSatStatus.STATUS_FIX
-    latitude, longitude = projection.to_degrees(estimate.x, estimate.y)
-    message.latitude, message.longitude = float(latitude), float(longitude)
-    covariance = np.diag([0.0, 0.0, UNKNOWN_VARIANCE])
-    covariance[:2, :2] = np.array(estimate.covariance)[:2, :2]
-    message.position_covariance = covariance.reshape(-1)
-    message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_KNOWN
+    message = NavSatFix(
+        header=MESSAGES.header(stamp_ns, frame_id), latitude=math.nan, longitude=math.nan,
+        altitude=math.nan, status=NavSatStatus(status=NavSatStatus.STATUS_NO_FIX))
+    if estimate.claimed:
+        message.status.status = NavSatStatus.STATUS_FIX
+        latitude, longitude = projection.to_degrees(estimate.x, estimate.y)
+        message.latitude, message.longitude = float(latitude), float(longitude)
+        covariance = np.diag([0.0, 0.0, UNKNOWN_VARIANCE])
+        covariance[:2, :2] = np.array(estimate.covariance)[:2, :2]
+        message.position_covariance = covariance.reshape(-1)
+        message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_KNOWN
     return message
 
 
@@ -73,23 +69,22 @@ def position_fix(message: NavSatFix, projection: LocalProjection) -> PositionFix
     x, y = projection.to_metres(message.latitude, message.longitude).tolist()
     if not (math.isfinite(x) and math.isfinite(y)):
         return None
-    stamp_ns = to_nanoseconds(message.header.stamp) or None
+    covariance = message.position_covariance.tolist()
     if message.position_covariance_type == NavSatFix.COVARIANCE_TYPE_UNKNOWN:
-        return PositionFix(
-            x, y, _DEFAULT_DEVIATION ** 2, _DEFAULT_DEVIATION ** 2, stamp_ns=stamp_ns)
-    covariance = message.position_covariance
+        covariance = _DEFAULT_COVARIANCE
     return PositionFix(
-        x, y, float(covariance[0]), float(covariance[4]), float(covariance[1]), stamp_ns)
+        x, y, variance_x=covariance[0], variance_y=covariance[4], covariance_xy=covariance[1],
+        stamp_ns=to_nanoseconds(message.header.stamp) or None)
 
 
 def odometry_message(
     estimate: LocationEstimate, odometry: Odometry | None, header: Header, child_frame: str,
 ) -> OdometryMessage:
     """Return a known place as a nav_msgs/Odometry, with the twist of ``odometry`` if given."""
-    message = OdometryMessage(header=header, child_frame_id=child_frame)
     if odometry is not None:
         message = MESSAGES.odometry(odometry, child_frame, header)
     else:
+        message = OdometryMessage(header=header, child_frame_id=child_frame)
         message.twist.covariance = spatial_covariance(np.eye(3) * UNKNOWN_VARIANCE)
     message.pose.pose = MESSAGES.pose_in_plane(estimate.x, estimate.y, estimate.heading)
     message.pose.covariance = spatial_covariance(estimate.covariance)

@@ -7,12 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from queue import SimpleQueue
 import threading
-from typing import Final, TypeAlias
+from typing import Final
 
-from phase_traj_ros.core.localization.estimate import LocationEstimate
-from phase_traj_ros.core.localization.given import PositionFix
-from phase_traj_ros.core.localization.locator import MapLocator
-from phase_traj_ros.core.path.odometry import Odometry
+from phase_traj_ros.core import LocationEstimate, MapLocator, Odometry, PositionFix
 from phase_traj_ros.tasks.location.motion import ANYWHERE, Motion
 from phase_traj_ros.tasks.location.run import feed
 
@@ -38,25 +35,14 @@ class Moved:
     odometry: Odometry | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Placed:
-    """A pair of frames, and the estimate after it."""
-
-    moved: Moved
-    estimate: LocationEstimate
-
-
-_Task: TypeAlias = Moved | PositionFix | None
-
-
 class LocatorWorker:
     """Runs a locator in a thread; its methods may be called from any other thread."""
 
     def __init__(self, locator: MapLocator) -> None:
         """Start the thread."""
         self._locator = locator
-        self._tasks: SimpleQueue[_Task] = SimpleQueue()
-        self._placed: deque[Placed] = deque(maxlen=_MOST_WAITING)
+        self._tasks: SimpleQueue[Moved | PositionFix | None] = SimpleQueue()
+        self._placed: deque[tuple[Moved, LocationEstimate]] = deque(maxlen=_MOST_WAITING)
         self._leaves_out = False
         self._closing = threading.Event()
         self.fixes_used = 0
@@ -91,8 +77,8 @@ class LocatorWorker:
         if self.waiting < _MOST_WAITING:
             self._tasks.put(fix)
 
-    def take(self) -> list[Placed]:
-        """Return the pairs that were located since the last call, oldest first."""
+    def take(self) -> list[tuple[Moved, LocationEstimate]]:
+        """Return the pairs located since the last call and the estimates, oldest first."""
         return [self._placed.popleft() for _ in range(len(self._placed))]
 
     def close(self) -> None:
@@ -110,7 +96,7 @@ class LocatorWorker:
 
     def _do(self, task: Moved | PositionFix) -> None:
         if isinstance(task, Moved):
-            self._placed.append(Placed(task, feed(self._locator, task.motions)))
+            self._placed.append((task, feed(self._locator, task.motions)))
         elif self._locator.fix(task):
             self.fixes_used += 1
         else:

@@ -12,8 +12,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.localization.estimate import Candidate
-from phase_traj_ros.core.localization.given import OdometryStep
+from phase_traj_ros.core import Candidate, OdometryStep
 from phase_traj_ros.tasks.location.run import Located, LocatedPose, UNKNOWN
 
 Points = NDArray[np.float64]
@@ -49,45 +48,46 @@ class MapView:
         """Return the larger side in metres."""
         return max(self.east - self.west, self.north - self.south)
 
-    def svg(self, content: Iterable[str], *, label: str) -> str:
-        """Return the drawing of SVG elements; ``label`` is its accessible name."""
+    def svg(self, roads: Iterable[Points], content: str, *, label: str) -> str:
+        """
+        Return the drawing of SVG elements on roads, polylines (N, 2), with a scale bar.
+
+        ``label`` is its accessible name. Roads outside the view are left out.
+        """
         box = f'0 0 {self.east - self.west:.1f} {self.north - self.south:.1f}'
+        seen = (
+            self._path(line) for line in roads
+            if line[:, 0].max() >= self.west and line[:, 0].min() <= self.east
+            and line[:, 1].max() >= self.south and line[:, 1].min() <= self.north)
         return (
             f'<svg class="roadmap" viewBox="{box}" role="img" aria-label="{label}">'
-            f'{"".join(content)}</svg>')
-
-    def place(self, points: Points) -> Points:
-        """Return points (N, 2) of the map in the coordinates of the drawing."""
-        return np.stack([points[:, 0] - self.west, self.north - points[:, 1]], axis=1)
+            f'<path class="roads" d="{"".join(seen)}"/>{content}{self._scale_bar()}</svg>')
 
     def line(self, points: Points, kind: str) -> str:
         """Return a polyline through points (N, 2); ``kind`` is its class in the style sheet."""
-        return f'<path class="{kind}" d="{_path(self.place(points))}"/>'
+        return f'<path class="{kind}" d="{self._path(points)}"/>'
 
-    def dot(self, x: float, y: float, kind: str, *, radius: float, hint: str) -> str:
+    def _path(self, points: Points) -> str:
+        """Return a polyline (N, 2) as the data of an SVG path, rounded to decimetres."""
+        return 'M' + 'L'.join(
+            f'{x - self.west:.1f} {self.north - y:.1f}' for x, y in points.tolist())
+
+    def dot(self, point: Iterable[float], kind: str, *, radius: float, hint: str) -> str:
         """Return a dot with a tooltip; ``radius`` is a share of the view."""
-        (left, top), = self.place(np.array([[x, y]]))
+        x, y = point
         return (
-            f'<circle class="{kind}" cx="{left:.1f}" cy="{top:.1f}"'
+            f'<circle class="{kind}" cx="{x - self.west:.1f}" cy="{self.north - y:.1f}"'
             f' r="{radius * self.size:.1f}"><title>{hint}</title></circle>')
-
-    def roads(self, lines: Iterable[Points]) -> str:
-        """Return the roads, polylines (N, 2), that may be visible in this view."""
-        seen = (
-            line for line in lines
-            if line[:, 0].max() >= self.west and line[:, 0].min() <= self.east
-            and line[:, 1].max() >= self.south and line[:, 1].min() <= self.north)
-        return f'<path class="roads" d="{"".join(_path(self.place(line)) for line in seen)}"/>'
 
     def candidates(self, candidates: Sequence[Candidate]) -> str:
         """Return dots whose areas are proportional to the probabilities."""
         return ''.join(
             self.dot(
-                each.x, each.y, 'candidate', hint=f'{each.probability:.3f}',
+                (each.x, each.y), 'candidate', hint=f'{each.probability:.3f}',
                 radius=max(_CERTAIN * math.sqrt(each.probability), _SMALLEST))
             for each in candidates)
 
-    def scale_bar(self) -> str:
+    def _scale_bar(self) -> str:
         """Return a scale bar of a round length, with a label."""
         wanted = self.size / 5
         power = 10 ** math.floor(math.log10(wanted))
@@ -111,24 +111,21 @@ def draw_track(located: Located) -> str:
         for track in located.tracks]
     before = track_before(located)
     view = MapView.around(np.concatenate([*tracks, before]) if tracks else located.roads.nodes)
-    content = [view.roads(located.roads.lines)]
     if tracks:
-        content += [view.line(before, 'before'), *(view.line(track, 'track') for track in tracks)]
-        (first_x, first_y), (last_x, last_y) = tracks[0][0], tracks[-1][-1]
-        content += [
-            view.dot(first_x, first_y, 'first', radius=0.012, hint='known from here'),
-            view.dot(last_x, last_y, 'last', radius=0.012, hint='end')]
+        content = ''.join([
+            view.line(before, 'before'), *(view.line(track, 'track') for track in tracks),
+            view.dot(tracks[0][0], 'first', radius=0.012, hint='known from here'),
+            view.dot(tracks[-1][-1], 'last', radius=0.012, hint='end')])
     else:
-        content.append(view.candidates(located.poses[-1].estimate.candidates))
-    return view.svg([*content, view.scale_bar()], label='Roads and track')
+        content = view.candidates(located.poses[-1].estimate.candidates)
+    return view.svg(located.roads.lines, content, label='Roads and track')
 
 
 def draw_candidates(located: Located, pose: LocatedPose) -> str:
     """Return the whole map and the candidates at a pose as SVG."""
     view = MapView.around(located.roads.nodes)
     return view.svg(
-        [view.roads(located.roads.lines), view.candidates(pose.estimate.candidates),
-         view.scale_bar()], label='Candidates')
+        located.roads.lines, view.candidates(pose.estimate.candidates), label='Candidates')
 
 
 def moments_before(located: Located, count: int = 4) -> list[LocatedPose]:
@@ -167,8 +164,3 @@ def track_before(located: Located) -> Points:
         heading -= motion.yaw
         points.append((x, y))
     return np.array(points[::-1])
-
-
-def _path(points: Points) -> str:
-    """Return a polyline (N, 2) as the data of an SVG path, rounded to decimetres."""
-    return 'M' + 'L'.join(f'{x:.1f} {y:.1f}' for x, y in points.tolist())

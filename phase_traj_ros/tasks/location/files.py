@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the track of a located drive as CSV, GeoJSON, GPX and a key of chain_code.json."""
+"""Writes a located drive as CSV, GeoJSON, GPX, a report, and a key of chain_code.json."""
 
 from __future__ import annotations
 
@@ -17,10 +17,12 @@ from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION
 from phase_traj_ros.io.results.content import write_json
 from phase_traj_ros.io.results.files import seconds_text
+from phase_traj_ros.tasks.location.report import write_location_report
 from phase_traj_ros.tasks.location.run import Located, LocatedPose
 
 LOCATION_COLUMNS: Final = (
     'stamp', 'latitude', 'longitude', 'heading_deg', 'probability', 'standard_deviation')
+CODES: Final = 'chain_code.json'
 REPORT: Final = 'location.html'
 LOCATION_FILES: Final = ('location.csv', 'track.geojson', 'track.gpx', REPORT)
 """Files in the output folder of a located drive."""
@@ -31,14 +33,45 @@ _MOST_CANDIDATES: Final = 5
 _EPOCH_NS: Final = 10**18
 
 
-def write_location(located: Located, directory: Path) -> None:
-    """Write location.csv, track.geojson and track.gpx into a folder."""
-    write_rows(located, directory / 'location.csv')
-    write_geojson(located, directory / 'track.geojson')
-    write_gpx(located, directory / 'track.gpx')
+def write_location(
+    located: Located, directory: Path, *, title: str, codes: Path | None = None,
+) -> None:
+    """
+    Write the files of a located drive into a folder.
+
+    Parameters
+    ----------
+    located
+        The drive.
+    directory
+        The folder.
+    title
+        Heading of the report, such as the name of the source.
+    codes
+        The chain_code.json of its replay, which is copied with the key ``location``; None without
+        a replay.
+
+    Raises
+    ------
+    ResultError
+        ``codes`` cannot be read, or is not a JSON object.
+    OSError
+        The folder cannot be written.
+
+    """
+    _write_rows(located, directory / 'location.csv')
+    _write_geojson(located, directory / 'track.geojson')
+    _write_gpx(located, directory / 'track.gpx')
+    write_location_report(located, directory / REPORT, title=title)
+    if codes is not None:
+        try:
+            content = {**json.loads(codes.read_text(encoding='utf-8'))}
+        except (OSError, TypeError, ValueError) as error:
+            raise ResultError(f'{codes} cannot be read ({error}): replay again') from None
+        write_json({**content, 'location': _content(located)}, directory / CODES)
 
 
-def write_rows(located: Located, path: Path) -> None:
+def _write_rows(located: Located, path: Path) -> None:
     """
     Write one row per pose as CSV.
 
@@ -51,7 +84,7 @@ def write_rows(located: Located, path: Path) -> None:
         for pose in located.poses:
             estimate, place, deviation = pose.estimate, ('', '', ''), ''
             if estimate.claimed:
-                latitude, longitude = degrees(located, estimate)
+                latitude, longitude = located.degrees(estimate)
                 bearing = bearing_deg(estimate.heading)
                 place = f'{latitude:.8f}', f'{longitude:.8f}', f'{bearing:.2f}'
                 deviation = f'{estimate.standard_deviation:.2f}'
@@ -59,7 +92,7 @@ def write_rows(located: Located, path: Path) -> None:
                 seconds_text(pose.stamp_ns), *place, f'{estimate.probability:.6f}', deviation))
 
 
-def write_geojson(located: Located, path: Path) -> None:
+def _write_geojson(located: Located, path: Path) -> None:
     """Write the known parts of the track as lines of a GeoJSON FeatureCollection."""
     features = [{
         'type': 'Feature',
@@ -72,7 +105,7 @@ def write_geojson(located: Located, path: Path) -> None:
         'type': 'FeatureCollection', 'attribution': ATTRIBUTION, 'features': features}, path)
 
 
-def write_gpx(located: Located, path: Path) -> None:
+def _write_gpx(located: Located, path: Path) -> None:
     """Write the known parts of the track as segments of a GPX track."""
     text = [
         '<?xml version="1.0" encoding="UTF-8"?>',
@@ -88,7 +121,7 @@ def write_gpx(located: Located, path: Path) -> None:
     path.write_text('\n'.join([*text, '</trk></gpx>', '']), encoding='utf-8', errors='replace')
 
 
-def location_content(located: Located) -> dict[str, Any]:
+def _content(located: Located) -> dict[str, Any]:
     """Return the content of the key ``location``; docs/reference/files.md describes it."""
     first, last = located.first_claim, located.poses[-1]
     near = located.near
@@ -111,31 +144,6 @@ def location_content(located: Located) -> dict[str, Any]:
     return content
 
 
-def add_to_chain_code(located: Located, source: Path, target: Path) -> None:
-    """
-    Copy the chain_code.json of a replay, and add the key ``location``.
-
-    Raises
-    ------
-    ResultError
-        ``source`` cannot be read, or is not a JSON object.
-    OSError
-        ``target`` cannot be written.
-
-    """
-    try:
-        content = {**json.loads(source.read_text(encoding='utf-8'))}
-    except (OSError, TypeError, ValueError) as error:
-        raise ResultError(f'{source} cannot be read ({error}): replay again') from None
-    write_json({**content, 'location': location_content(located)}, target)
-
-
-def degrees(located: Located, place: LocationEstimate | Candidate) -> tuple[float, float]:
-    """Return the latitude and longitude of a place in degrees."""
-    latitude, longitude = located.roads.projection.to_degrees(place.x, place.y)
-    return float(latitude), float(longitude)
-
-
 def _pose_content(located: Located, pose: LocatedPose) -> dict[str, Any]:
     estimate = pose.estimate
     content: dict[str, Any] = {
@@ -149,7 +157,7 @@ def _pose_content(located: Located, pose: LocatedPose) -> dict[str, Any]:
 
 
 def _place(located: Located, place: LocationEstimate | Candidate) -> dict[str, float]:
-    latitude, longitude = degrees(located, place)
+    latitude, longitude = located.degrees(place)
     return {
         'latitude': round(latitude, 8), 'longitude': round(longitude, 8),
         'heading_deg': round(bearing_deg(place.heading), 2)}
@@ -157,7 +165,7 @@ def _place(located: Located, place: LocationEstimate | Candidate) -> dict[str, f
 
 def _coordinates(located: Located, track: list[LocatedPose]) -> list[tuple[float, float]]:
     """Return the longitude and latitude of each pose in degrees, in the order of GeoJSON."""
-    places = [degrees(located, pose.estimate) for pose in track]
+    places = [located.degrees(pose.estimate) for pose in track]
     return [(round(longitude, 8), round(latitude, 8)) for latitude, longitude in places]
 
 

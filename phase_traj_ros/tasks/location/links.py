@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import codecs
 from pathlib import Path
 import re
 from typing import Final
@@ -16,21 +15,14 @@ from phase_traj_ros.errors import SourceError
 
 # A line of equal links, bare or as ``ros2 topic echo`` prints it.
 _MESSAGE: Final = re.compile(r"""^[ \t]*(?:data:[ \t]*)?['"]?(step [^'"\r\n]*)""", re.MULTILINE)
-# The first line of links begins within this many bytes; other lines may precede it.
-_BEGINS: Final = 65_536
 _UNITS: Final = (LengthUnit.METRE.value, LengthUnit.CAMERA_HEIGHT.value)
 # Longer links do not tell streets apart. More links would need too much memory.
 _LONGEST, _MOST = 100.0, 200_000
 
 
-def holds_links(content: bytes) -> bool:
-    """Return whether the first part of a file holds a line of equal links."""
-    return _MESSAGE.search(_text(content[:_BEGINS], errors='replace')) is not None
-
-
-def read_links(path: Path, content: bytes) -> LinksText:
+def find_links(path: Path, content: bytes) -> LinksText | None:
     """
-    Return the last line of equal links in the content of a file; ignore other lines.
+    Return the last line of equal links in the content of a file; None if there is none.
 
     Raises
     ------
@@ -39,11 +31,14 @@ def read_links(path: Path, content: bytes) -> LinksText:
         unit or length is not supported.
 
     """
+    lines = _MESSAGE.findall(content.decode('utf-8-sig', 'replace'))
+    if not lines:
+        return None
+    line = lines[-1].rstrip()
+    if line.endswith('...'):
+        raise SourceError(
+            f'{path}: the last line is cut off: record it with `ros2 topic echo --full-length`')
     try:
-        line = _MESSAGE.findall(_text(content))[-1].rstrip()
-        if line.endswith('...'):
-            raise ValueError('the last line is cut off: record it with `ros2 topic echo'
-                             ' --full-length`')
         text = parse_links(line)
     except ValueError as error:
         raise SourceError(f'{path}: {error}') from None
@@ -62,9 +57,3 @@ def read_links(path: Path, content: bytes) -> LinksText:
     if series.length > _MOST:
         raise SourceError(f'{path} has {series.length} links: give a drive of at most {_MOST}')
     return text
-
-
-def _text(content: bytes, errors: str = 'strict') -> str:
-    """Decode UTF-8, or UTF-16 with a byte order mark."""
-    utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    return content.decode('utf-16' if utf16 else 'utf-8-sig', errors)

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import math
 from typing import Final, TypeAlias
 
-from phase_traj_ros.core import PairStatus, Update
-from phase_traj_ros.core.localization.given import OdometryStep
+from phase_traj_ros.core import OdometryStep, PairStatus, Update
 
 # Bounds of an unobserved motion: speed in metres per second, yaw rate in radians per second.
 _FASTEST: Final = 25.0

@@ -12,14 +12,13 @@ import re
 from typing import Any, Final
 
 import numpy as np
-from phase_traj_ros.core import LengthUnit, PairStatus
-from phase_traj_ros.core.localization.given import OdometryStep, ScaleRange
+from phase_traj_ros.core import LengthUnit, OdometryStep, PairStatus, ScaleRange
 from phase_traj_ros.errors import reading, ResultError, SourceError
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.times_file import nanoseconds
 from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
 from phase_traj_ros.tasks.evaluation.replayed_drive import replay_files
-from phase_traj_ros.tasks.location.links import holds_links, read_links
+from phase_traj_ros.tasks.location.links import find_links
 from phase_traj_ros.tasks.location.motion import Motion, Motions, MovedPair
 
 IN_METRES: Final = ScaleRange(0.9, 1.1)
@@ -88,7 +87,7 @@ def odometry_of(result: Replay) -> DriveOdometry:
         raise SourceError(f'{result.source} {_NO_DISTANCE}')
     return _joined(
         result.source, result.first_stamp_ns, pairs,
-        metric=result.parameters.settings.length_unit is LengthUnit.METRE)
+        result.parameters.settings.length_unit.value)
 
 
 def read_odometry(path: Path) -> DriveOdometry:
@@ -106,15 +105,21 @@ def read_odometry(path: Path) -> DriveOdometry:
     ResultError
         The folder does not hold a replay with distances.
     SourceError
-        The trajectory or the links cannot be read, see ``read_links``.
+        The trajectory or the links cannot be read, see ``find_links``.
 
     """
     if path.is_dir():
         return _read_results(path)
     with reading(path):
         content = path.read_bytes()
-    if holds_links(content):
-        return _of_links(path, content)
+    links = find_links(path, content)
+    if links is not None:
+        steps = steps_of_links(
+            (code for code, count in links.links.runs for _ in range(count)),
+            len(links.links.totals), links.step)
+        return DriveOdometry(
+            str(path), tuple(range(len(steps) + 1)), tuple((step,) for step in steps),
+            _scale_in(links.unit), link=links.step)
     if not _NUMBER.search(content):
         what = 'holds neither poses nor' if content.strip() else 'is empty: give poses or'
         raise SourceError(
@@ -139,16 +144,6 @@ def steps_of_links(directions: Iterable[int], kinds: int, length: float) -> list
     return steps
 
 
-def _of_links(path: Path, content: bytes) -> DriveOdometry:
-    text = read_links(path, content)
-    steps = steps_of_links(
-        (code for code, count in text.links.runs for _ in range(count)),
-        len(text.links.totals), text.step)
-    return DriveOdometry(
-        str(path), tuple(range(len(steps) + 1)), tuple((step,) for step in steps),
-        IN_METRES if text.unit == LengthUnit.METRE.value else IN_HEIGHTS, link=text.step)
-
-
 def _read_results(directory: Path) -> DriveOdometry:
     with replay_files(directory) as (content, rows):
         cuts = frozenset(content.get('cuts', ()))
@@ -157,7 +152,7 @@ def _read_results(directory: Path) -> DriveOdometry:
             raise ResultError(f'{directory} {_NO_DISTANCE}')
         return _joined(
             str(content['source']), int(content['first_stamp_ns']),
-            [_read_pair(row, cuts) for row in rows], metric=unit == LengthUnit.METRE.value)
+            [_read_pair(row, cuts) for row in rows], unit)
 
 
 def _read_pair(row: dict[str, Any], cuts: frozenset[int]) -> MovedPair:
@@ -175,14 +170,15 @@ def _read_pair(row: dict[str, Any], cuts: frozenset[int]) -> MovedPair:
         yaw_variance=math.radians(1.0) ** 2 * float(row.get('yaw_variance') or 0.0))
 
 
-def _joined(
-    source: str, first_ns: int, pairs: Iterable[MovedPair], *, metric: bool,
-) -> DriveOdometry:
-    maker = Motions()
-    pairs = list(pairs)
+def _joined(source: str, first_ns: int, pairs: list[MovedPair], unit: str) -> DriveOdometry:
+    motions = Motions()
     return DriveOdometry(
         source, (first_ns, *(pair.stamp_ns for pair in pairs)),
-        tuple(maker.of(pair) for pair in pairs), IN_METRES if metric else IN_HEIGHTS)
+        tuple(motions.of(pair) for pair in pairs), _scale_in(unit))
+
+
+def _scale_in(unit: str) -> ScaleRange:
+    return IN_METRES if unit == LengthUnit.METRE.value else IN_HEIGHTS
 
 
 def _read_trajectory(path: Path) -> DriveOdometry:
@@ -192,8 +188,7 @@ def _read_trajectory(path: Path) -> DriveOdometry:
             f'{path} has no stamps: give a trajectory in the TUM format, lines of stamp x y z qx'
             ' qy qz qw')
     stamps = truth.stamps_ns.tolist()
-    poses = [
-        (x, y, yaw) for (x, y), yaw in zip(truth.positions.tolist(), truth.headings.tolist())]
+    poses = np.column_stack([truth.positions, truth.headings]).tolist()
     motions = tuple(
         (OdometryStep.between(before, after, stamp_ns=stamp),)
         for before, after, stamp in zip(poses, poses[1:], stamps[1:]))

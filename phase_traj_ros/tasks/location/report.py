@@ -9,7 +9,6 @@ from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION
 from phase_traj_ros.io.results.report.page import filled, Markup, template, write_page
 from phase_traj_ros.tasks.location.drawing import draw_candidates, draw_track, moments_before
-from phase_traj_ros.tasks.location.files import degrees
 from phase_traj_ros.tasks.location.run import Located
 
 # The curve of the probability has fewer than twice this many points.
@@ -73,7 +72,7 @@ def _facts(located: Located) -> list[tuple[str, str]]:
         ('probability at the end', f'{last.probability:.3f}'),
     ]
     if last.claimed:
-        latitude, longitude = degrees(located, last)
+        latitude, longitude = located.degrees(last)
         facts += [
             ('at the end', f'{latitude:.5f}, {longitude:.5f}'),
             ('bearing at the end', f'{bearing_deg(last.heading):.0f}°'),

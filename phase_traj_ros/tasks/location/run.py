@@ -10,7 +10,7 @@ from itertools import groupby
 import math
 from typing import Final
 
-from phase_traj_ros.core.localization.estimate import LocationEstimate
+from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimate
 from phase_traj_ros.core.localization.given import OdometryStep, Prior, ScaleRange
 from phase_traj_ros.core.localization.locator import MapLocator
 from phase_traj_ros.core.localization.settings import LocatorSettings
@@ -95,6 +95,11 @@ class Located:
         return [
             list(part) for known, part in groupby(
                 self.poses, key=lambda pose: pose.estimate.claimed) if known]
+
+    def degrees(self, place: LocationEstimate | Candidate) -> tuple[float, float]:
+        """Return the latitude and longitude of a place in degrees."""
+        latitude, longitude = self.roads.projection.to_degrees(place.x, place.y)
+        return float(latitude), float(longitude)
 
 
 def locate(

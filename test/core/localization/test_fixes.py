@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from phase_traj_ros.core import MapLocator, PositionFix, Prior
-from phase_traj_ros.core.localization.fixes.track import Track
+from phase_traj_ros.core.localization.fixes import Track
 import pytest
 from streets import drive, errors, located, steps_of, Town
 

@@ -59,8 +59,8 @@ def test_a_slow_step_delays_nobody_and_all_pairs_are_located(slow):
     wait_for(locator, 20)
     worker.close()
     placed = worker.take()
-    assert [each.moved.stamp_ns for each in placed] == list(range(20))
-    assert [each.estimate.claimed for each in placed] == [False] * 4 + [True] * 16
+    assert [pair.stamp_ns for pair, _ in placed] == list(range(20))
+    assert [estimate.claimed for _, estimate in placed] == [False] * 4 + [True] * 16
     assert worker.take() == []
 
 
@@ -99,7 +99,7 @@ def test_an_interruption_has_no_place(slow):
     wait_for(locator, 1)
     worker.close()
 
-    assert [each.estimate is UNKNOWN for each in worker.take()] == [True, False]
+    assert [estimate is UNKNOWN for _, estimate in worker.take()] == [True, False]
     assert locator.interruptions == [(50.0, 1.0)]
 
 

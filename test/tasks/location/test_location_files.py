@@ -15,14 +15,10 @@ from phase_traj_ros.errors import MapError, ResultError
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.tasks.location import run
 from phase_traj_ros.tasks.location.drawing import track_before
-from phase_traj_ros.tasks.location.files import (
-    add_to_chain_code,
-    location_content,
-    write_location,
-)
+from phase_traj_ros.tasks.location.files import write_location
 from phase_traj_ros.tasks.location.motion import Interruption
 from phase_traj_ros.tasks.location.odometry import read_odometry
-from phase_traj_ros.tasks.location.report import verdict, write_location_report
+from phase_traj_ros.tasks.location.report import verdict
 from phase_traj_ros.tasks.location.run import locate, Near, UNKNOWN
 import pytest
 from told_locator import AFTER, ToldLocator
@@ -49,7 +45,7 @@ def rows(path):
 def test_every_pose_has_a_row_and_a_place_from_the_claim_on(made, tmp_path):
     poses, odometry, roads = made
     located = locate(odometry, roads)
-    write_location(located, tmp_path)
+    write_location(located, tmp_path, title='drive')
 
     found = rows(tmp_path / 'location.csv')
     assert len(found) == len(poses)
@@ -71,7 +67,7 @@ def test_every_pose_has_a_row_and_a_place_from_the_claim_on(made, tmp_path):
 
 def test_tracks_have_the_form_that_map_programs_read(made, tmp_path):
     poses, odometry, roads = made
-    write_location(locate(odometry, roads), tmp_path)
+    write_location(locate(odometry, roads), tmp_path, title='drive')
 
     collection = json.loads((tmp_path / 'track.geojson').read_text())
     assert collection['type'] == 'FeatureCollection'
@@ -92,7 +88,7 @@ def test_tracks_have_the_form_that_map_programs_read(made, tmp_path):
 def test_stamps_that_do_not_count_from_1970_are_no_times(made, tmp_path):
     poses, _, roads = made
     odometry = read_odometry(write_tum(poses, tmp_path / 'drive.tum', start=0))
-    write_location(locate(odometry, roads), tmp_path)
+    write_location(locate(odometry, roads), tmp_path, title='drive')
 
     assert '<time>' not in (tmp_path / 'track.gpx').read_text()
     assert rows(tmp_path / 'location.csv')[1]['stamp'] == '0.100000000'
@@ -104,26 +100,23 @@ def test_an_interruption_parts_the_track(made, tmp_path):
     motions = list(odometry.motions)
     motions[middle] = (Interruption(100.0, 1.0),)
     located = locate(replace(odometry, motions=tuple(motions)), roads)
-    write_location(located, tmp_path)
+    write_location(located, tmp_path, title='drive')
 
     assert located.poses[middle + 1].estimate is UNKNOWN
     features = json.loads((tmp_path / 'track.geojson').read_text())['features']
     assert len(features) == len(located.tracks) == 2
     assert rows(tmp_path / 'location.csv')[middle + 1]['latitude'] == ''
-    # What was reckoned back begins after the interruption.
-    write_location_report(located, tmp_path / 'location.html', title='drive')
 
 
 def test_the_key_of_chain_code_json(made, tmp_path):
     _, odometry, roads = made
     located = locate(odometry, roads, near=Near(49.0, 8.4, 2000.0), level=0.9)
     (tmp_path / 'chain_code.json').write_text('{"source": "drive", "frames": 3}')
-    add_to_chain_code(located, tmp_path / 'chain_code.json', tmp_path / 'chain_code.json')
+    write_location(located, tmp_path, title='drive', codes=tmp_path / 'chain_code.json')
 
     content = json.loads((tmp_path / 'chain_code.json').read_text())
     assert content['frames'] == 3
     told = content['location']
-    assert told == json.loads(json.dumps(location_content(located)))
     assert told['located'] and told['level'] == 0.9 and told['near'] == [49.0, 8.4, 2000.0]
     assert told['first_claim']['driven'] == pytest.approx(AFTER, abs=1.0)
     assert told['first_claim']['stamp_ns'] in odometry.stamps_ns
@@ -131,10 +124,9 @@ def test_the_key_of_chain_code_json(made, tmp_path):
     assert 0.0 < told['claimed_share'] < 1.0
     (tmp_path / 'chain_code.json').write_text('[]')
     with pytest.raises(ResultError, match='cannot be read'):
-        add_to_chain_code(located, tmp_path / 'chain_code.json', tmp_path / 'other.json')
-    (tmp_path / 'chain_code.json').write_text('{}')
+        write_location(located, tmp_path, title='drive', codes=tmp_path / 'chain_code.json')
     with pytest.raises(FileNotFoundError, match='gone'):
-        add_to_chain_code(located, tmp_path / 'chain_code.json', tmp_path / 'gone' / 'other.json')
+        write_location(located, tmp_path / 'gone', title='drive')
 
 
 def test_a_drive_that_is_nowhere_has_candidates_and_no_track(made, tmp_path):
@@ -142,10 +134,10 @@ def test_a_drive_that_is_nowhere_has_candidates_and_no_track(made, tmp_path):
     located = locate(
         replace(odometry, motions=odometry.motions[:200], stamps_ns=odometry.stamps_ns[:201]),
         roads)
-    write_location(located, tmp_path)
-    write_location_report(located, tmp_path / 'location.html', title='drive')
+    (tmp_path / 'chain_code.json').write_text('{}')
+    write_location(located, tmp_path, title='drive', codes=tmp_path / 'chain_code.json')
 
-    told = location_content(located)
+    told = json.loads((tmp_path / 'chain_code.json').read_text())['location']
     assert not told['located'] and told['first_claim'] is None
     assert 'latitude' not in told['last'] and told['last']['probability'] == 0.3
     assert [each['probability'] for each in told['candidates']] == [0.3, 0.7]
@@ -160,7 +152,7 @@ def test_a_drive_that_is_nowhere_has_candidates_and_no_track(made, tmp_path):
 def test_the_report_needs_no_server_and_names_the_map(made, tmp_path):
     _, odometry, roads = made
     located = locate(odometry, roads)
-    write_location_report(located, tmp_path / 'location.html', title='a <drive>')
+    write_location(located, tmp_path, title='a <drive>')
 
     page = (tmp_path / 'location.html').read_text()
     assert 'a &lt;drive&gt;' in page and verdict(located) in page

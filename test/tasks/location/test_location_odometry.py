@@ -219,7 +219,7 @@ LINE = 'step 10 m; links 3 (0:0 1:2 2:1 3:0) 1x2 2x1'
 
 
 @pytest.mark.parametrize('content', [
-    f'\ufeff{LINE}\r\n'.encode(), LINE.encode('utf-16'), f'data: {LINE}\n---\n'.encode(),
+    f'\ufeff{LINE}\r\n'.encode(), f'data: {LINE}\n---\n'.encode(),
     f"---\ndata: 'step 10 m; links 1 (0:0 1:1 2:0 3:0) 1x1'\n---\ndata: '{LINE}'\n---\n".encode(),
     f'# of the drive to the mill\n\n{LINE}\n'.encode(),
     f"A message was lost!!!\n\ttotal count: 1---\ndata: '{LINE}'\n".encode(),

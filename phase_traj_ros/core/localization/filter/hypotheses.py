@@ -6,14 +6,13 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from phase_traj_ros.core.localization.roads import Complexes, Floats, Ints
 
 
 @dataclass(slots=True, eq=False)
 class Hypotheses:
     """
-    N weighted hypotheses, each array (N,) unless stated otherwise.
+    N weighted hypotheses, in the filter at least one; each array (N,) unless stated otherwise.
 
     piece, offset
         Index of the directed piece of road, and the metres from its start.
@@ -44,10 +43,8 @@ class Hypotheses:
         """Return the number of hypotheses."""
         return len(self.piece)
 
-    def take(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> 'Hypotheses':
-        """Return the hypotheses with the given indices, or where the mask is true."""
-        if chosen.dtype == np.bool_:
-            chosen = np.flatnonzero(chosen)
+    def take(self, chosen: Ints) -> 'Hypotheses':
+        """Return the hypotheses with the given indices."""
         return Hypotheses(*(
             getattr(self, each.name).take(chosen, axis=-1) for each in fields(self)))
 

@@ -30,8 +30,8 @@ def weigh(hypotheses: Hypotheses, stride: Stride, settings: LocatorSettings) -> 
     fitting = np.exp(-beyond ** 2 / (2 * variance)) * peak
     outlier = settings.outlier_share / (2 * np.pi)
     total = fitting + outlier
-    weight = np.exp(hypotheses.log_weight - hypotheses.log_weight.max(initial=-np.inf))
-    fit = float((weight * (total / (peak + outlier))).sum() / max(weight.sum(), 1.0))
+    weight = np.exp(hypotheses.log_weight - hypotheses.log_weight.max())
+    fit = float((weight * (total / (peak + outlier))).sum() / weight.sum())
     hypotheses.log_weight = hypotheses.log_weight + settings.tempering * np.log(total)
     # Overlapping chords share their errors, so the filter is tempered like the weights.
     gain = fitting / total * hypotheses.rotation_variance / (

@@ -19,16 +19,15 @@ _GOLDEN = (math.sqrt(5.0) - 1.0) / 2
 class MotionModel:
     """Predicts how hypotheses move along the roads of a map."""
 
-    def __init__(self, roads: RoadMap, scale: ScaleRange, settings: LocatorSettings) -> None:
+    def __init__(
+        self, roads: RoadMap, scale: ScaleRange, settings: LocatorSettings,
+        rng: np.random.Generator,
+    ) -> None:
         """Compute the transition probabilities at the junctions of a map."""
-        self._roads = roads
-        self._scale = scale
-        self._settings = settings
+        self._roads, self._scale, self._settings, self._rng = roads, scale, settings, rng
         self._log_chance, self._saved = _transitions(roads, settings)
 
-    def advance(
-        self, hypotheses: Hypotheses, stride: Stride, most: int, rng: np.random.Generator,
-    ) -> Hypotheses:
+    def advance(self, hypotheses: Hypotheses, stride: Stride, most: int) -> Hypotheses:
         """Return the hypotheses after a stride; at most ``most`` at once pass to a next piece."""
         settings = self._settings
         share = stride.distance * self._scale.middle / 100.0
@@ -37,36 +36,25 @@ class MotionModel:
             math.sqrt(stride.distance_variance) * self._scale.middle)
         expected = stride.distance * np.exp(hypotheses.log_scale)
         variance = deviation ** 2 + expected ** 2 * hypotheses.scale_variance
-        off = np.sqrt(variance) * _stratified(len(hypotheses), rng)
-        metres = expected + off
+        off = np.sqrt(variance) * _stratified(len(hypotheses), self._rng)
         # A Kalman filter updates the scale by the distance that was drawn.
         gain = expected * hypotheses.scale_variance / variance
-        log_scale, scale_variance = self._drifted(
-            hypotheses.log_scale + gain * off,
-            hypotheses.scale_variance * (1.0 - gain * expected), share)
+        log_scale = hypotheses.log_scale + gain * off
+        scale_variance = hypotheses.scale_variance * (1.0 - gain * expected)
+        # The drift reverts to the mean, so that the spread never exceeds that of the prior.
+        middle, spread = math.log(self._scale.middle), self._scale.log_deviation
+        drift = min(settings.scale_noise * math.sqrt(share), spread)
+        kept = math.sqrt(1.0 - (drift / spread) ** 2)
         noise = settings.heading_noise ** 2 * share + stride.yaw_variance
         moved = self._along(replace(
-            hypotheses, offset=hypotheses.offset + np.maximum(metres, 0.0), log_scale=log_scale,
-            scale_variance=scale_variance + stride.scale_variance,
+            hypotheses, offset=hypotheses.offset + np.maximum(expected + off, 0.0),
+            log_scale=middle + kept * (log_scale - middle),
+            scale_variance=kept ** 2 * scale_variance + drift ** 2 + stride.scale_variance,
             rotation_variance=hypotheses.rotation_variance + noise,
             trail=hypotheses.trail[1:]), most)
         moved.trail = np.concatenate([
             moved.trail, self._roads.positions(moved.piece, moved.offset)[None]])
         return moved
-
-    def _drifted(
-        self, log_scale: Floats, variance: Floats, share: float,
-    ) -> tuple[Floats, Floats]:
-        """
-        Return the scales and their variances after ``share`` times 100 m.
-
-        The drift reverts to the mean, so that the spread never exceeds that of the prior.
-        """
-        middle, spread = math.log(self._scale.middle), self._scale.log_deviation
-        noise = self._settings.scale_noise * math.sqrt(share)
-        kept = math.sqrt(max(1.0 - (noise / spread) ** 2, 0.0))
-        noise = min(noise, spread)
-        return middle + kept * (log_scale - middle), kept ** 2 * variance + noise ** 2
 
     def _along(self, hypotheses: Hypotheses, most: int) -> Hypotheses:
         """Return the hypotheses with offsets beyond their pieces carried on to all successors."""
@@ -116,18 +104,10 @@ def _stratified(count: int, rng: np.random.Generator) -> Floats:
     """
     Return draws from the standard normal distribution, stratified over neighbours, (count,).
 
-    Copies of one hypothesis are neighbours.
-    """
-    share: Floats = (np.arange(count, dtype=np.float64) * _GOLDEN + rng.random()) % 1.0
-    return _normal_quantile(share)
-
-
-def _normal_quantile(share: Floats) -> Floats:
-    """
-    Return quantiles of the standard normal distribution, with an error below 0.00045.
-
+    Copies of one hypothesis are neighbours. The quantiles have an error below 0.00045:
     M. Abramowitz and I. A. Stegun, "Handbook of Mathematical Functions", 26.2.23.
     """
+    share = (np.arange(count, dtype=np.float64) * _GOLDEN + rng.random()) % 1.0
     tail = np.clip(np.minimum(share, 1.0 - share), 1e-12, 0.5)
     t = np.sqrt(-2.0 * np.log(tail))
     value = t - (2.515517 + t * (0.802853 + t * 0.010328)) / (

@@ -10,10 +10,8 @@ from phase_traj_ros.core.localization.settings import LocatorSettings
 
 def pruned(hypotheses: Hypotheses, settings: LocatorSettings) -> Hypotheses:
     """Return the hypotheses without those of negligible weight."""
-    if not len(hypotheses):
-        return hypotheses
     kept = hypotheses.log_weight >= hypotheses.log_weight.max() - settings.least_weight
-    return hypotheses if kept.all() else hypotheses.take(kept)
+    return hypotheses if kept.all() else hypotheses.take(np.flatnonzero(kept))
 
 
 def merged(
@@ -24,8 +22,6 @@ def merged(
 
     The one that remains is drawn by weight: the best one or the mean would shrink the spread.
     """
-    if len(hypotheses) < 2:
-        return hypotheses
     key = hypotheses.piece * 4 + np.minimum(
         hypotheses.offset / settings.merge_m, 3).astype(np.int64)
     for values, width, bins in (
@@ -80,7 +76,7 @@ def split(hypotheses: Hypotheses, fewest: int) -> Hypotheses:
     would leave too few for the true place while it does not lead yet.
     """
     count = len(hypotheses)
-    if not 0 < count < fewest:
+    if count >= fewest:
         return hypotheses
     weight = np.exp(hypotheses.log_weight - hypotheses.log_weight.max())
     ordered = np.sort(weight)[::-1]

@@ -40,7 +40,7 @@ class ScaleCorrection:
             self._turned += stride.turned
             return 1
         turned, self._turned = abs(self._turned), 0.0
-        if turned < settings.least_turn or not len(hypotheses):
+        if turned < settings.least_turn:
             return 1
         noise = settings.position_noise_m ** 2 * self._since / 100.0
         share = noise / (noise + settings.turn_m ** 2)

@@ -53,8 +53,7 @@ class Seeding:
         if prior.heading is not None:
             off = np.angle(np.exp(
                 1j * (hypotheses.rotation + reckoning.heading - prior.heading)))
-            hypotheses.log_weight = (
-                hypotheses.log_weight - (off / prior.heading_deviation) ** 2 / 2)
+            hypotheses.log_weight -= (off / prior.heading_deviation) ** 2 / 2
             hypotheses.log_weight += log_total - hypotheses.log_total
         return hypotheses
 
@@ -108,7 +107,7 @@ class Seeding:
             np.full(count, self._scale.log_deviation ** 2), np.full(count, np.inf), rotation,
             np.full(count, self._settings.start_heading ** 2),
             np.empty((0, count), np.complex128), self._log_chance[piece])
-        hypotheses.log_weight = hypotheses.log_weight + (log_total - hypotheses.log_total)
+        hypotheses.log_weight += log_total - hypotheses.log_total
         return self.retraced(hypotheses, reckoning)
 
     def retraced(self, hypotheses: Hypotheses, reckoning: DeadReckoning) -> Hypotheses:

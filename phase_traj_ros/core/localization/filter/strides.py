@@ -22,8 +22,6 @@ class Stride:
         Variances of the distance and of the change of the heading during the stride.
     scale_variance
         Variance of the change of the logarithm of the scale during the stride.
-    heading
-        Heading at the end, in radians.
     chord
         Direction from the start to the end of the last strides, in radians.
     bend
@@ -36,7 +34,6 @@ class Stride:
     distance_variance: float
     yaw_variance: float
     scale_variance: float
-    heading: float
     chord: float
     bend: float
     turned: float
@@ -96,7 +93,7 @@ class DeadReckoning:
         self._chord = chord
         stride = Stride(
             self._distance, self._distance_variance, self._yaw_variance, self._scale_variance,
-            self.heading, chord, float(bend_of(self.trail)), turned)
+            chord, float(bend_of(self.trail)), turned)
         self._begin_stride()
         return stride
 
