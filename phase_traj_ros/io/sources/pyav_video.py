@@ -75,7 +75,7 @@ class PyavSource(VideoFile):
             number, from_pts = self._seek(container, stream)
             if number:
                 # The stamps of the selection count from the first frame.
-                yield Candidate(0, self._never, number=0)
+                yield Candidate(0, 0, self._never)
             clock, newest = VideoClock(self._fps), self._origin
             for frame in self._pictures(container, stream):
                 pts = getattr(frame, 'pts', None)
@@ -83,7 +83,7 @@ class PyavSource(VideoFile):
                     continue
                 newest = newest if pts is None else max(pts, newest)
                 stamp_ns = clock.stamp_ns(self._position_ns(number, pts, stream.time_base))
-                yield Candidate(stamp_ns, partial(self._luma, frame, number), number=number)
+                yield Candidate(number, stamp_ns, partial(self._luma, frame, number))
                 number += 1
             # The newest frame is shown for one period.
             lost_s = self._end - float(newest * stream.time_base) - 1 / self._fps

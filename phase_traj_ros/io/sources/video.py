@@ -4,7 +4,6 @@
 
 from abc import abstractmethod
 from bisect import bisect_left
-import codecs
 from collections.abc import Generator
 from dataclasses import dataclass
 from functools import partial
@@ -145,7 +144,7 @@ class VideoSource(VideoFile):
             index = 0
             while capture.grab():
                 stamp_ns = clock.stamp_ns(self._position_ns(capture))
-                yield Candidate(stamp_ns, partial(self._retrieve, capture, index))
+                yield Candidate(index, stamp_ns, partial(self._retrieve, capture, index))
                 index += 1
         finally:
             capture.release()
@@ -159,11 +158,7 @@ class VideoSource(VideoFile):
     def _open(self) -> cv2.VideoCapture:
         # Listed explicitly: cv2.CAP_ANY includes a reader of numbered pictures, which takes any
         # name with digits for a pattern.
-        wanted = [
-            backend for backend in (cv2.CAP_FFMPEG, cv2.CAP_GSTREAMER)
-            if cv2.videoio_registry.hasBackend(backend)
-        ]
-        for backend in wanted or [cv2.CAP_ANY]:
+        for backend in (cv2.CAP_FFMPEG, cv2.CAP_GSTREAMER):
             capture = cv2.VideoCapture(str(self._path), backend)
             if capture.isOpened():
                 return capture
@@ -190,20 +185,8 @@ def start_of(path: Path) -> bytes:
         raise SourceError(f'{path} is a single picture; give the folder that holds it')
     with reading(path), path.open('rb') as file:
         start = file.read(_SNIFFED_BYTES)
-    # FFmpeg plays text files as terminal output.
-    if _is_text(start):
+    # FFmpeg plays text files as terminal output. All video formats have zeros early.
+    if 0 not in start:
         raise SourceError(
             f'{path} is a text file, not a video; give a bag, a video or a folder of pictures')
     return start
-
-
-def _is_text(start: bytes) -> bool:
-    """Return whether the first bytes of a file are text; all video formats have zeros early."""
-    if 0 in start:
-        return False
-    try:
-        # The last character may be incomplete.
-        codecs.getincrementaldecoder('utf-8')().decode(start, final=False)
-    except UnicodeDecodeError:
-        return False
-    return True

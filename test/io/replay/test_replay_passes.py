@@ -162,7 +162,7 @@ class _Counted(FrameSource):
             image = rng.integers(0, 255, (60, 90), np.uint8)
             if (self.passes, number) == self._unusable:
                 image = np.zeros((0, 0), np.uint8)
-            yield Candidate(number * 100_000_000, lambda image=image: image)
+            yield Candidate(number, number * 100_000_000, lambda image=image: image)
 
 
 @pytest.mark.parametrize('number_of_pass', [1, 2])
