@@ -87,11 +87,13 @@ class BagSource(FrameSource):
             self._topics = _topics_of(reader.connections)
         self._topic = _choose_topic(path, self._topics, topic)
         declared = self._topic.count or None
+        # The stamps, and so what is selected by time, are known after reading only.
+        selects_by_time = selection.start or selection.duration is not None
         super().__init__(
             description=f'{path} (ROS {self._ros} bag, topic {self._topic.name})',
             selection=selection, declared=declared,
-            frame_count=-(-declared // selection.every)
-            if declared and selection.is_everything else None)
+            frame_count=None if declared is None or selects_by_time
+            else len(range(0, declared, selection.every)))
 
     def camera(self, *, rectified: bool) -> CameraModel | None:
         """
@@ -137,16 +139,15 @@ class BagSource(FrameSource):
         """
         name = topic if topic.startswith('/') else f'/{topic}'
         there = [each for each in self._topics if each.msgtype in SPEED_OF]
-        types = [each.msgtype for each in there if each.name == name]
-        if not types:
+        msgtype = next((each.msgtype for each in there if each.name == name), None)
+        if msgtype is None:
             raise SourceError(
                 f'{self._path} has no speed on {name}, that is, none of'
                 f' {", ".join(SPEED_OF)}; topics with speeds:'
                 f' {_listed(there, none="none")}; give one of them as the speed topic, or give the'
                 ' parameter speed')
-        speed_of = SPEED_OF[types[0]]
-        for message, receive_ns in self._messages_of(name, types[:1]):
-            speed = speed_of(message)
+        for message, receive_ns in self._messages_of(name, [msgtype]):
+            speed = SPEED_OF[msgtype](message)
             # The node warns of them; a bag cannot be corrected, so there is no warning here.
             if is_speed(speed):
                 yield Speed(to_nanoseconds(message.header.stamp) or receive_ns, speed)

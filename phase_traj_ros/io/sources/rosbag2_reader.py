@@ -13,10 +13,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import MappingProxyType
 from typing import Any
-
-_STORAGE = MappingProxyType({'.mcap': 'mcap', '.db3': 'sqlite3'})
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +69,7 @@ def opened(path: Path) -> Iterator[Rosbag2Reader]:
         metadata = rosbag2.MetadataIo().read_metadata(str(path))
         compressed = str(metadata.compression_mode).upper() or compressed
     else:
-        storage = _STORAGE[path.suffix.lower()]
+        storage = 'mcap' if path.suffix.lower() == '.mcap' else 'sqlite3'
     with _linked(path) if compressed == 'FILE' else nullcontext(path) as place:
         reader = (
             rosbag2.SequentialReader() if compressed == 'NONE'

@@ -49,11 +49,6 @@ class Selection:
         """End of the part in nanoseconds since the first frame, None if it is open."""
         return None if self.duration is None else self.start_ns + round(self.duration * 1e9)
 
-    @property
-    def is_everything(self) -> bool:
-        """Whether no frame is excluded by its time."""
-        return self.start_ns == 0 and self.duration is None
-
 
 EVERYTHING: Final = Selection()
 """All frames."""
