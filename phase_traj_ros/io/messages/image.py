@@ -12,7 +12,6 @@ from typing import Any, cast
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.images.decoding import decode_picture, DEFAULT_MAX_PIXELS, GreyImage
 
@@ -105,7 +104,7 @@ def decode_compressed(
     Raises FrameError, before decoding, if the data is not a complete JPEG or PNG image or has
     more than max_pixels pixels.
     """
-    data = _buffer(msg.data).tobytes()
+    data = memoryview(msg.data).tobytes()
     name = str(getattr(msg, 'format', ''))
     try:
         image, header = decode_picture(data, max_pixels=max_pixels)
@@ -123,28 +122,16 @@ def msg_to_frame(msg: object, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> GreyIm
     """
     Convert a raw or compressed image message to a grey image; its fields decide which it is.
 
-    Raises FrameError as to_grey and decode_compressed do, and for any other message.
+    Raises FrameError as to_grey and decode_compressed do.
     """
     if hasattr(msg, 'encoding'):
         return to_grey(msg)
-    if hasattr(msg, 'format'):
-        return decode_compressed(msg, max_pixels=max_pixels)
-    raise FrameError(
-        f'a message of type {type(msg).__name__} is neither an Image nor a CompressedImage')
+    return decode_compressed(msg, max_pixels=max_pixels)
 
 
 def encoding_of(msg: object) -> str:
     """Return the encoding of a raw image message, or the format of a compressed one."""
     return str(getattr(msg, 'encoding', '') or getattr(msg, 'format', ''))
-
-
-def _buffer(data: object) -> npt.NDArray[np.uint8]:
-    """View any buffer as bytes, without a copy."""
-    try:
-        return np.frombuffer(cast('bytes', data), dtype=np.uint8)
-    except (TypeError, ValueError, BufferError) as error:
-        raise FrameError(
-            f'the data field is a {type(data).__name__}, not an array of bytes') from error
 
 
 def _samples(msg: Any, layout: _Layout) -> GreyImage:
@@ -158,7 +145,7 @@ def _samples(msg: Any, layout: _Layout) -> GreyImage:
     row = width * pixel
     if step < row:
         raise FrameError(f'{what} has a step of {step} bytes, but a row needs {row}')
-    raw = _buffer(msg.data)
+    raw = np.frombuffer(msg.data, np.uint8)
     if layout.planar:
         height = _rows_of_luma(raw.size, height, step, what)
     if raw.size < (height - 1) * step + row:
@@ -167,11 +154,10 @@ def _samples(msg: Any, layout: _Layout) -> GreyImage:
 
     if height == 1:
         step = row
-    shape: tuple[int, ...] = (height, width)
-    strides: tuple[int, ...] = (step, pixel)
-    if layout.channels > 1:
-        shape, strides = (*shape, layout.channels), (*strides, sample.itemsize)
-    view = np.ndarray(shape, dtype=sample, buffer=raw, strides=strides)
+    view = np.ndarray(
+        (height, width, layout.channels), sample, raw, strides=(step, pixel, sample.itemsize))
+    if layout.channels == 1:
+        view = view[:, :, 0]
     if not (sample.isnative and view.flags.aligned):
         view = view.astype(sample.newbyteorder('='))
     if sample.kind == 'f' and not np.isfinite(view).all():
