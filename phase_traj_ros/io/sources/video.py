@@ -3,6 +3,7 @@
 """Frames from a video file: what both readers share, and the one by OpenCV."""
 
 from abc import abstractmethod
+from bisect import bisect_left
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ import cv2
 from phase_traj_ros.errors import reading, SourceError
 from phase_traj_ros.io.images.decoding import GreyImage, PICTURE_SUFFIXES
 from phase_traj_ros.io.sources.base import Candidate, DEFAULT_FPS, FrameSource, index_stamp_ns
-from phase_traj_ros.io.sources.selection import EVERYTHING, Selection, Selector
+from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 
 _MAX_CONTAINER_FPS = 1000.0
 _MAX_FRAME_COUNT = 2 ** 32
@@ -81,18 +82,25 @@ class VideoFile(FrameSource):
         assumed = fps is None and (not usable or RAW_STREAM.match(self._start) is not None)
         self._is_constant = fps is not None
         self._fps = fps if fps is not None else facts.fps if usable else DEFAULT_FPS
-        # For progress bars, the duration is enough; a fragmented .mp4 has no other number.
-        count = max(facts.frames, round(facts.seconds * self._fps))
-        stamps = (index_stamp_ns(index, self._fps) for index in range(count))
         super().__init__(
             description=f'{path} (video, {self._fps:g} frames per second'
                         f'{" assumed" if assumed else ""})',
             selection=selection, declared=facts.frames or None,
-            frame_count=sum(map(Selector(selection).judge, stamps)) or None)
+            # For progress bars, the duration is enough; a fragmented .mp4 has no other number.
+            frame_count=self._expected(
+                max(facts.frames, round(facts.seconds * self._fps)), selection))
 
     @abstractmethod
     def _examine(self) -> VideoFacts:
         """Open the video and decode its first frame; return what is known of it."""
+
+    def _expected(self, count: int, selection: Selection) -> int | None:
+        """Return how many of ``count`` frames are selected, at the usual rate."""
+        stamp = partial(index_stamp_ns, fps=self._fps)
+        first = bisect_left(range(count), selection.start_ns, key=stamp)
+        last = count if selection.end_ns is None else bisect_left(
+            range(count), selection.end_ns, key=stamp)
+        return len(range(first, last, selection.every)) or None
 
     def _not_opened(self, reason: str) -> SourceError:
         if self._start[4:8] in _MP4_BOXES:
@@ -131,15 +139,12 @@ class VideoSource(VideoFile):
         clock, index = VideoClock(self._fps), 0
         with self._capture() as capture:
             while capture.grab():
-                stamp_ns = clock.stamp_ns(self._position_ns(capture))
+                position_ms = 0.0 if self._is_constant else capture.get(cv2.CAP_PROP_POS_MSEC)
+                # Some readers give absurd ones, or NaN.
+                credible = 0 < position_ms < _MAX_POSITION_MS
+                stamp_ns = clock.stamp_ns(round(position_ms * 1e6) if credible else None)
                 yield Candidate(index, stamp_ns, partial(self._retrieve, capture, index))
                 index += 1
-
-    def _position_ns(self, capture: cv2.VideoCapture) -> int | None:
-        """Return the position of the frame that was grabbed last, if it counts and is credible."""
-        position_ms = capture.get(cv2.CAP_PROP_POS_MSEC)
-        counts = not self._is_constant and 0 < position_ms < _MAX_POSITION_MS
-        return round(position_ms * 1e6) if counts else None
 
     @contextmanager
     def _capture(self) -> Iterator[cv2.VideoCapture]:
