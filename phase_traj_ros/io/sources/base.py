@@ -124,6 +124,9 @@ class FrameSource(ABC):
     ``entries`` goes on after an image that cannot be used.
     """
 
+    _first_ns: int | None = None
+    """Stamp of the first frame, for a source whose candidates need not begin with it."""
+
     def __init__(
         self, *, description: str, selection: Selection, frame_count: int | None,
         declared: int | None = None,
@@ -213,7 +216,7 @@ class FrameSource(ABC):
 
     def _selected(self) -> Generator[Candidate, None, None]:
         """Yield the selected candidates."""
-        selector = Selector(self._selection)
+        selector = Selector(self._selection, self._first_ns)
         with closing(self._candidates()) as candidates:
             number = -1
             for candidate in candidates:
@@ -235,7 +238,7 @@ class FrameSource(ABC):
 
     @abstractmethod
     def _candidates(self) -> Generator[Candidate, None, None]:
-        """Yield all frames from the first one on, before the selection."""
+        """Yield all frames in order, at least from the start of the selection on."""
 
 
 def index_stamp_ns(index: int, fps: float) -> int:

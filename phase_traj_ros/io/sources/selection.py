@@ -64,9 +64,10 @@ class Selector:
 
     PATIENCE = 50
 
-    def __init__(self, selection: Selection) -> None:
+    def __init__(self, selection: Selection, first_ns: int | None = None) -> None:
+        """Apply ``selection``; ``first_ns`` is the stamp of the first frame, or else the first judged."""
         self._selection = selection
-        self._first_ns: int | None = None
+        self._first_ns = first_ns
         self._behind_in_a_row = 0
         self.over = False
         """Whether no later frame is selected."""
