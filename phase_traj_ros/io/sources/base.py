@@ -124,8 +124,8 @@ class FrameSource(ABC):
     ``entries`` goes on after an image that cannot be used.
     """
 
+    # Stamp of the first frame, for a source whose candidates need not begin with it.
     _first_ns: int | None = None
-    """Stamp of the first frame, for a source whose candidates need not begin with it."""
 
     def __init__(
         self, *, description: str, selection: Selection, frame_count: int | None,

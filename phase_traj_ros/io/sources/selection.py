@@ -65,7 +65,7 @@ class Selector:
     PATIENCE = 50
 
     def __init__(self, selection: Selection, first_ns: int | None = None) -> None:
-        """Apply ``selection``; ``first_ns`` is the stamp of the first frame, or else the first judged."""
+        """Count times from ``first_ns``; by default, from the stamp of the first frame judged."""
         self._selection = selection
         self._first_ns = first_ns
         self._behind_in_a_row = 0
