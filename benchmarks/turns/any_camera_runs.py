@@ -202,8 +202,9 @@ class _Frames(FrameSource):
         self._drive = drive
 
     def _candidates(self) -> Iterator[Candidate]:
-        for image, stamp_ns in zip(self._drive.frames, self._drive.stamps_ns):
-            yield Candidate(stamp_ns, lambda image=image: np.asarray(image))
+        pairs = zip(self._drive.frames, self._drive.stamps_ns)
+        for number, (image, stamp_ns) in enumerate(pairs):
+            yield Candidate(number, stamp_ns, lambda image=image: np.asarray(image))
 
 
 class _Estimates(Watcher):

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping
 import os
 from pathlib import Path
 import re
-from typing import Any
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.user_path import user_path
@@ -15,10 +14,8 @@ import yaml
 
 _VALUES = 'ros__parameters'
 _MISSPELT = ('ros_parameters', 'ros__parameter', 'ros_parameter')
-# Parameters of all nodes of a robot need a few KiB.
-_MOST_BYTES = 1 << 20
 # PyYAML raises a plain ValueError for e.g. a 13th month or a number with thousands of digits.
-_NO_YAML = (yaml.YAMLError, ValueError)
+_NO_YAML = (yaml.YAMLError, ValueError, RecursionError)
 # Parameters of the node itself, which a replay ignores.
 _OF_EVERY_NODE = (
     'use_sim_time', 'qos_overrides', 'start_type_description_service', 'autostart')
@@ -150,8 +147,8 @@ def parse_assignment(text: str) -> tuple[str, object]:
     name, assigned, value = text.partition(':=')
     try:
         if assigned and name:
-            return name, _loaded(value) if value else ''
-    except (*_NO_YAML, RecursionError):
+            return name, yaml.load(value, Loader=_Loader) if value else ''
+    except _NO_YAML:
         pass
     raise ParameterError(f'{text!r} does not assign a parameter: write NAME:=VALUE')
 
@@ -176,30 +173,19 @@ _Loader.add_implicit_resolver(
     list('-+.0123456789'))
 
 
-def _loaded(text: str) -> Any:
-    return yaml.load(text, Loader=_Loader)
-
-
 def _sections(path: Path) -> list[tuple[str, Mapping[object, object]]]:
     """Return each node's name and values, in the order of the file."""
     try:
+        # It is read in pieces: one that is no text is refused early, however large it is.
         with path.open('rb') as file:
-            text = file.read(_MOST_BYTES + 1)
-        if len(text) > _MOST_BYTES:
-            raise ParameterError(
-                f'{path} is larger than {_MOST_BYTES >> 10} KiB: give a ROS parameter file')
-        return list(_find_sections(path, '', _loaded(text.decode('utf-8'))))
-    except ParameterError:
-        raise
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else 'not a text file'
-        raise ParameterError(f'cannot read the parameter file {path}: {reason}') from None
-    except _NO_YAML as error:
-        reason = ' '.join(str(error).split())
-        raise ParameterError(f'{path} is not YAML: {reason}') from None
-    except RecursionError:
+            content = yaml.load(file, Loader=_Loader)
+    except OSError as error:
         raise ParameterError(
-            f"{path} is nested without end: write '/**:' over '{_VALUES}:'") from None
+            f'cannot read the parameter file {path}: {error.strerror}') from None
+    except _NO_YAML as error:
+        reason = ' '.join(str(error).split()).replace(f'"{path}", ', '')
+        raise ParameterError(f'{path} is not YAML: {reason}') from None
+    return list(_find_sections(path, '', content))
 
 
 def _find_sections(

@@ -87,7 +87,8 @@ class Messages(FrameSource):
             stamp_ns = rule.stamp_ns(
                 to_nanoseconds(message.header.stamp), RECEIVED_NS + index * TENTH_NS)
             yield Candidate(
-                stamp_ns, lambda message=message: msg_to_frame(message), encoding_of(message))
+                index, stamp_ns, lambda message=message: msg_to_frame(message),
+                encoding_of(message))
 
 
 class Stamps(Watcher):

@@ -20,7 +20,7 @@ from phase_traj_ros.errors import FrameError
 SIGNATURES: Final = (b'\xff\xd8\xff', b'\x89PNG\r\n\x1a\n')
 """What a JPEG and a PNG start with."""
 
-_JPEG_END, _PNG_END = b'\xff\xd9', b'IEND\xaeB`\x82'
+_JPEG_END = b'\xff\xd9'
 # libjpeg skips padding 0xFF, stray bytes and stuffed zeros between segments. They are skipped here
 # too, so that both find the same header.
 _JPEG_MARKER = re.compile(rb'\xff[^\x00\xff]', re.DOTALL)
@@ -28,7 +28,6 @@ _JPEG_START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 _JPEG_WITHOUT_LENGTH = frozenset({0x01, *range(0xD0, 0xD8)})
 # Start of image, end of image, start of scan: no frame header follows.
 _JPEG_TOO_LATE = frozenset({0xD8, 0xD9, 0xDA})
-_JPEG_MAX_SEGMENTS = 1000
 _PNG_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 2, 6: 4}
 
 
@@ -57,20 +56,15 @@ def read_header(data: bytes) -> PictureHeader:
         raise FrameError(f'the header of the {name} picture is cut off or damaged')
     header, end = found
     # Only after the header: a preview in front of it has an end marker, too.
-    if data.rfind(_JPEG_END if jpeg else _PNG_END, end) < 0:
-        raise FrameError(f'the {name} picture is cut off (it has no end marker)')
-    if png and not _png_chunks_fit(data):
-        raise FrameError('the PNG picture is damaged (one of its chunks is longer than the rest)')
+    if not (data.find(_JPEG_END, end) >= 0 if jpeg else _png_ends(data, end)):
+        raise FrameError(f'the {name} picture is cut off or damaged (it has no end)')
     return header
 
 
 def _jpeg_header(data: bytes) -> tuple[PictureHeader, int] | None:
     """Return the header, and the offset of the first byte after it; None if it is damaged."""
     position = 2
-    for _ in range(_JPEG_MAX_SEGMENTS):
-        found = _JPEG_MARKER.search(data, position)
-        if found is None:
-            return None
+    while found := _JPEG_MARKER.search(data, position):
         marker, position = data[found.end() - 1], found.end()
         if marker in _JPEG_WITHOUT_LENGTH:
             continue
@@ -96,9 +90,8 @@ def _png_header(data: bytes) -> tuple[PictureHeader, int] | None:
     return (header, start + 25) if length == 13 and kind == b'IHDR' else None
 
 
-def _png_chunks_fit(data: bytes) -> bool:
-    """Return whether each chunk up to the end ends within the data."""
-    position = len(SIGNATURES[1])
+def _png_ends(data: bytes, position: int) -> bool:
+    """Return whether the chunks from that position on lead to the end, within the data."""
     while position + 12 <= len(data):
         length, kind = struct.unpack_from('>I4s', data, position)
         position += 12 + length

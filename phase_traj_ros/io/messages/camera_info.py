@@ -51,24 +51,24 @@ def camera_from_info(message: Any, *, rectified: bool) -> CameraModel:
         The camera is not calibrated, its distortion model is unknown, or a value is invalid.
 
     """
-    try:
-        matrix = _numbers(message, 'p' if rectified else 'k')
-        x, y, width, height = _region(message)
-        binned = message.binning_x or 1, message.binning_y or 1
-        name = message.distortion_model
-        coefficients = _numbers(message, 'd')
-    except (AttributeError, TypeError, ValueError) as error:
-        raise CalibrationError(f'this is not a sensor_msgs/CameraInfo: {error}') from error
-    _check_matrix(matrix, rectified)
+    matrix = _numbers(message, 'p' if rectified else 'k')
+    # A test that the comments of the message definition recommend.
+    if matrix[0] == 0.0:
+        raise CalibrationError(
+            f'the camera is not calibrated ({"P" if rectified else "K"}[0] of the camera_info is'
+            ' 0): calibrate it, or give focal_px or hfov_deg')
+    x, y, width, height = _region(message)
+    columns, rows = message.binning_x or 1, message.binning_y or 1
+    coefficients = _numbers(message, 'd')
     distortion = Distortion.NONE
     if not rectified:
-        distortion = _distortion(name, coefficients)
+        distortion = _distortion(message.distortion_model, coefficients)
     step = len(matrix) // 3
     try:
         return CameraModel(
-            width=width // binned[0], height=height // binned[1],
-            fx=matrix[0] / binned[0], fy=matrix[step + 1] / binned[1],
-            cx=_centre(matrix[2], x, binned[0]), cy=_centre(matrix[step + 2], y, binned[1]),
+            width=width // columns, height=height // rows,
+            fx=matrix[0] / columns, fy=matrix[step + 1] / rows,
+            cx=_centre(matrix[2], x, columns), cy=_centre(matrix[step + 2], y, rows),
             distortion=distortion,
             coefficients=() if distortion is Distortion.NONE else coefficients)
     except ValueError as error:
@@ -128,19 +128,6 @@ def _centre(centre: float, offset: int, binning: int) -> float:
     """Convert a coordinate from pixels of the sensor to pixels of the image."""
     # The centre of the first image pixel is in the middle of the sensor pixels it combines.
     return (centre - offset + 0.5) / binning - 0.5
-
-
-def _check_matrix(matrix: tuple[float, ...], rectified: bool) -> None:
-    name, size = ('P', 12) if rectified else ('K', 9)
-    if len(matrix) != size:
-        raise CalibrationError(
-            f'{name} of the camera_info has {len(matrix)} numbers, not {size}: correct it, or give'
-            ' focal_px')
-    # A test that the comments of the message definition recommend.
-    if matrix[0] == 0.0:
-        raise CalibrationError(
-            f'the camera is not calibrated ({name}[0] of the camera_info is 0): calibrate it, or'
-            ' give focal_px or hfov_deg')
 
 
 def _distortion(name: str, coefficients: tuple[float, ...]) -> Distortion:

@@ -8,24 +8,12 @@ sensor_msgs/CompressedImage, such as the messages of rclpy and rosbags.
 """
 
 from dataclasses import dataclass
-from enum import auto, Enum
 from typing import Any, cast
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.images.decoding import decode_picture, DEFAULT_MAX_PIXELS, GreyImage
-
-
-class _Conversion(Enum):
-    """How samples are converted to grey."""
-
-    NONE = auto()
-    COLOUR = auto()
-    MOSAIC = auto()
-    LUMA = auto()
-    PLANE = auto()
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,21 +21,21 @@ class _Layout:
     """
     Positions of the samples of an encoding, and their conversion to grey.
 
-    sample is their type in numpy; code is the cv2.cvtColor code for COLOUR and MOSAIC, the index
-    of the luma sample for LUMA. For PLANE, the luma comes first, and the colours follow in half as
-    many rows.
+    sample is their type in numpy. Colours and mosaics have the code of cv2.cvtColor, pixels of YUV
+    the index of their luma sample. If the layout is planar, the luma comes first, and the colours
+    follow in half as many rows.
     """
 
     channels: int
     sample: str
-    conversion: _Conversion = _Conversion.NONE
-    code: int = 0
+    code: int | None = None
+    luma: int | None = None
+    planar: bool = False
 
 
-_BGR = _Conversion.COLOUR, cv2.COLOR_BGR2GRAY
-_UYVY = _Layout(2, 'u1', _Conversion.LUMA, 1)
-_YUY2 = _Layout(2, 'u1', _Conversion.LUMA, 0)
-_NV = _Layout(1, 'u1', _Conversion.PLANE)
+_UYVY = _Layout(2, 'u1', luma=1)
+_YUY2 = _Layout(2, 'u1', luma=0)
+_NV = _Layout(1, 'u1', planar=True)
 
 # ROS names a mosaic by its first two rows from the corner on; OpenCV's original names start at the
 # second pixel of the second row.
@@ -58,13 +46,13 @@ _LAYOUTS = {
     'mono16': _Layout(1, 'u2'),
     '16UC1': _Layout(1, 'u2'),
     **{f'{name}{bits}': _Layout(
-        len(name), f'u{bits // 8}', _Conversion.COLOUR, getattr(cv2, f'COLOR_{name.upper()}2GRAY'))
+        len(name), f'u{bits // 8}', getattr(cv2, f'COLOR_{name.upper()}2GRAY'))
        for bits in (8, 16) for name in ('rgb', 'bgr', 'rgba', 'bgra')},
-    '8UC3': _Layout(3, 'u1', *_BGR),
-    '8UC4': _Layout(4, 'u1', _Conversion.COLOUR, cv2.COLOR_BGRA2GRAY),
-    '16UC3': _Layout(3, 'u2', *_BGR),
+    '8UC3': _Layout(3, 'u1', cv2.COLOR_BGR2GRAY),
+    '8UC4': _Layout(4, 'u1', cv2.COLOR_BGRA2GRAY),
+    '16UC3': _Layout(3, 'u2', cv2.COLOR_BGR2GRAY),
     **{f'bayer_{name}{bits}': _Layout(
-        1, f'u{bits // 8}', _Conversion.MOSAIC, getattr(cv2, f'COLOR_Bayer{code}2GRAY'))
+        1, f'u{bits // 8}', getattr(cv2, f'COLOR_Bayer{code}2GRAY'))
        for bits in (8, 16) for name, code in _MOSAICS.items()},
     'yuv422': _UYVY,
     'uyvy': _UYVY,
@@ -77,8 +65,6 @@ _LAYOUTS = {
 
 ENCODINGS = tuple(_LAYOUTS)
 """Names of the encodings that to_grey supports."""
-
-_MIN_MOSAIC_SIDE = 3
 
 
 def to_grey(msg: Any) -> GreyImage:
@@ -99,15 +85,10 @@ def to_grey(msg: Any) -> GreyImage:
             f'the image encoding {msg.encoding[:40]!r} is unknown; known are '
             f'{", ".join(ENCODINGS)}')
     pixels = _samples(msg, layout)
-    try:
-        if layout.conversion in (_Conversion.COLOUR, _Conversion.MOSAIC):
-            return cast('GreyImage', cv2.cvtColor(pixels, layout.code))
-        if layout.conversion is _Conversion.LUMA:
-            return cast('GreyImage', cv2.extractChannel(pixels, layout.code))
-    except cv2.error as error:
-        raise FrameError(
-            f'OpenCV cannot convert the image of encoding {msg.encoding} ({error.err})'
-        ) from error
+    if layout.code is not None:
+        return cast('GreyImage', cv2.cvtColor(pixels, layout.code))
+    if layout.luma is not None:
+        return cast('GreyImage', cv2.extractChannel(pixels, layout.luma))
     return pixels
 
 
@@ -123,7 +104,7 @@ def decode_compressed(
     Raises FrameError, before decoding, if the data is not a complete JPEG or PNG image or has
     more than max_pixels pixels.
     """
-    data = _buffer(msg.data).tobytes()
+    data = memoryview(msg.data).tobytes()
     name = str(getattr(msg, 'format', ''))
     try:
         image, header = decode_picture(data, max_pixels=max_pixels)
@@ -131,8 +112,8 @@ def decode_compressed(
         raise FrameError(
             f'the compressed image (format {name[:40]!r}) cannot be used: {error}') from error
     layout = _LAYOUTS.get(name.partition(';')[0].strip())
-    if (layout is not None and layout.conversion is _Conversion.MOSAIC
-            and header.channels == 1 and min(image.shape) >= _MIN_MOSAIC_SIDE):
+    if (name.startswith('bayer_') and layout is not None and layout.code is not None
+            and header.channels == 1):
         return cast('GreyImage', cv2.cvtColor(image, layout.code))
     return image
 
@@ -141,28 +122,16 @@ def msg_to_frame(msg: object, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> GreyIm
     """
     Convert a raw or compressed image message to a grey image; its fields decide which it is.
 
-    Raises FrameError as to_grey and decode_compressed do, and for any other message.
+    Raises FrameError as to_grey and decode_compressed do.
     """
     if hasattr(msg, 'encoding'):
         return to_grey(msg)
-    if hasattr(msg, 'format'):
-        return decode_compressed(msg, max_pixels=max_pixels)
-    raise FrameError(
-        f'a message of type {type(msg).__name__} is neither an Image nor a CompressedImage')
+    return decode_compressed(msg, max_pixels=max_pixels)
 
 
 def encoding_of(msg: object) -> str:
     """Return the encoding of a raw image message, or the format of a compressed one."""
     return str(getattr(msg, 'encoding', '') or getattr(msg, 'format', ''))
-
-
-def _buffer(data: object) -> npt.NDArray[np.uint8]:
-    """View any buffer as bytes, without a copy."""
-    try:
-        return np.frombuffer(cast('bytes', data), dtype=np.uint8)
-    except (TypeError, ValueError, BufferError) as error:
-        raise FrameError(
-            f'the data field is a {type(data).__name__}, not an array of bytes') from error
 
 
 def _samples(msg: Any, layout: _Layout) -> GreyImage:
@@ -171,18 +140,13 @@ def _samples(msg: Any, layout: _Layout) -> GreyImage:
     what = f'the {width}x{height} image of encoding {msg.encoding}'
     if height <= 0 or width <= 0:
         raise FrameError(f'{what} has no pixels')
-    if layout.conversion is _Conversion.LUMA and width % 2:
-        raise FrameError(f'{what} has an odd width, but two pixels share their colour')
-    if layout.conversion is _Conversion.MOSAIC and min(width, height) < _MIN_MOSAIC_SIDE:
-        raise FrameError(
-            f'{what} is too small: a mosaic needs {_MIN_MOSAIC_SIDE}x{_MIN_MOSAIC_SIDE} pixels')
     sample: np.dtype[Any] = np.dtype(layout.sample).newbyteorder('>' if msg.is_bigendian else '<')
     pixel = layout.channels * sample.itemsize
     row = width * pixel
     if step < row:
         raise FrameError(f'{what} has a step of {step} bytes, but a row needs {row}')
-    raw = _buffer(msg.data)
-    if layout.conversion is _Conversion.PLANE:
+    raw = np.frombuffer(msg.data, np.uint8)
+    if layout.planar:
         height = _rows_of_luma(raw.size, height, step, what)
     if raw.size < (height - 1) * step + row:
         raise FrameError(
@@ -190,11 +154,10 @@ def _samples(msg: Any, layout: _Layout) -> GreyImage:
 
     if height == 1:
         step = row
-    shape: tuple[int, ...] = (height, width)
-    strides: tuple[int, ...] = (step, pixel)
-    if layout.channels > 1:
-        shape, strides = (*shape, layout.channels), (*strides, sample.itemsize)
-    view = np.ndarray(shape, dtype=sample, buffer=raw, strides=strides)
+    view = np.ndarray(
+        (height, width, layout.channels), sample, raw, strides=(step, pixel, sample.itemsize))
+    if layout.channels == 1:
+        view = view[:, :, 0]
     if not (sample.isnative and view.flags.aligned):
         view = view.astype(sample.newbyteorder('='))
     if sample.kind == 'f' and not np.isfinite(view).all():

@@ -64,11 +64,11 @@ class Mount:
             The values are not consistent with ``given``.
 
         """
-        found, doubts = dict(self._found(given)), tuple(self._doubts(given))
-        settings = given.with_values(found).settings
+        used = dict(self._found(given))
+        settings = given.with_values(used).settings
         if settings.metric and not settings.speed_given and abs(self.y) <= _FARTHEST_M:
-            return Mounting(given, self, {**found, _LEVER: self.y}, doubts)
-        return Mounting(given, self, found, doubts)
+            used[_LEVER] = self.y
+        return Mounting(given, self, used, tuple(self._doubts(given)))
 
     def _found(self, given: Parameters) -> Iterator[tuple[str, float]]:
         """

@@ -77,12 +77,14 @@ class Messages:
         than sending it.
         """
         make, step = self._make, update.step
+        dx, dy, response = _shift_values(update.shift)
         header = self.header(update.stamp_ns, parameters.path_frame)
         made: dict[str, Callable[[], Any]] = {
             'movement': lambda: make('std_msgs/msg/UInt8', data=int(step.movement)),
-            'shift': lambda: self.shift(
-                update.shift, self.header(update.stamp_ns, camera_frame)),
-            'response': lambda: make('std_msgs/msg/Float32', data=_response(update.shift)),
+            'shift': lambda: make(
+                'geometry_msgs/msg/Vector3Stamped', vector=self._vector(dx, dy),
+                header=self.header(update.stamp_ns, camera_frame)),
+            'response': lambda: make('std_msgs/msg/Float32', data=response),
             'status': lambda: make('std_msgs/msg/String', data=update.status.value),
             'pose': lambda: self.pose(update.tip, header),
             'pair': lambda: self.pair(update)}
@@ -122,13 +124,11 @@ class Messages:
         of a pair together, and can be synchronised with images. The direction is empty if none
         was appended, the distance if it is unknown.
         """
-        step, shift = update.step, update.shift
+        step, (dx, dy, response) = update.step, _shift_values(update.shift)
         report = Report(Level.OK, update.status.value, {
             'movement': str(int(step.movement)),
             'direction': str(int(step.direction)) if step.appended else '',
-            'dx': str(math.nan if shift is None else shift.dx),
-            'dy': str(math.nan if shift is None else shift.dy),
-            'response': str(_response(shift)),
+            'dx': str(dx), 'dy': str(dy), 'response': str(response),
             **_distance_values(update.travel),
         })
         return self.diagnostics(
@@ -192,12 +192,6 @@ class Messages:
             encoding='bgr8' if colours else _GREY[image.dtype.name], is_bigendian=0,
             step=image.nbytes // height, data=data.view(np.uint8))
 
-    def shift(self, shift: Shift | None, header: Any) -> Any:
-        """Return the raw shift in pixels; NaN if the two frames cannot be compared."""
-        dx, dy = (math.nan, math.nan) if shift is None else (shift.dx, shift.dy)
-        return self._make(
-            'geometry_msgs/msg/Vector3Stamped', header=header, vector=self._vector(dx, dy))
-
     def pose(self, corner: Corner, header: Any) -> Any:
         """Return a pose of the path as a PoseStamped."""
         return self._make(
@@ -254,8 +248,9 @@ def _distance_values(travel: Travel | None) -> dict[str, str]:
     }
 
 
-def _response(shift: Shift | None) -> float:
-    return 0.0 if shift is None else shift.response
+def _shift_values(shift: Shift | None) -> tuple[float, float, float]:
+    """Return the raw shift in pixels, NaN if the two frames cannot be compared; the response."""
+    return (math.nan, math.nan, 0.0) if shift is None else (shift.dx, shift.dy, shift.response)
 
 
 def spatial_covariance(part: ArrayLike) -> NDArray[np.float64]:

@@ -40,19 +40,13 @@ class StaticFrames:
     def add(self, message: Any) -> None:
         """Add the transforms of a tf2_msgs/TFMessage; one that is not a pose is left out."""
         for transform in message.transforms:
-            self._add(transform)
-
-    def _add(self, transform: Any) -> None:
-        part = transform.transform
-        rotation = _rotation(part.rotation)
-        if rotation is None:
-            return
-        pose = np.eye(4)
-        pose[:3, :3] = rotation
-        pose[:3, 3] = part.translation.x, part.translation.y, part.translation.z
-        if not np.isfinite(pose).all():
-            return
-        self._above[_bare(transform.child_frame_id)] = _bare(transform.header.frame_id), pose
+            part = transform.transform
+            pose = np.eye(4)
+            pose[:3, :3] = _rotation(part.rotation)
+            pose[:3, 3] = part.translation.x, part.translation.y, part.translation.z
+            if np.isfinite(pose).all():
+                self._above[_bare(transform.child_frame_id)] = (
+                    _bare(transform.header.frame_id), pose)
 
     def mount(self, base: str, camera: str) -> Mount | None:
         """Return how the frame ``camera`` is mounted on ``base``; None if that is unknown."""
@@ -109,13 +103,11 @@ def _yaw_deg(optical: _Pose) -> float:
     return math.degrees(math.atan2(optical[1, 2], optical[0, 2]))
 
 
-def _rotation(quaternion: Any) -> _Pose | None:
-    """Return the matrix of a geometry_msgs/Quaternion, (3, 3); None if it is zero or NaN."""
+def _rotation(quaternion: Any) -> _Pose:
+    """Return the matrix of a geometry_msgs/Quaternion, (3, 3); NaN if it is no rotation."""
     parts = np.array([quaternion.x, quaternion.y, quaternion.z, quaternion.w])
     norm = np.linalg.norm(parts)
-    if not 1e-6 < norm < math.inf:
-        return None
-    *axis, real = parts / norm
+    *axis, real = parts / norm if 1e-6 < norm < math.inf else parts * math.nan
     crossed = np.cross(np.eye(3), axis)
     return np.asarray(np.eye(3) + 2 * real * crossed + 2 * crossed @ crossed)
 

@@ -51,11 +51,9 @@ DEBUG_IMAGE: Final = Topic('debug_image', 'sensor_msgs/msg/Image')
 
 def pair_topics(parameters: Parameters) -> tuple[Topic, ...]:
     """Return the topics of ``Messages.of_pair`` for these parameters."""
-    topics: tuple[Topic, ...] = ALWAYS
-    if parameters.settings.measures_heading:
-        topics += HEADING
-    metric = (ODOMETRY, POSE_WITH_COVARIANCE, SPEED) if parameters.settings.metric else ()
-    return (*topics, *metric)
+    settings = parameters.settings
+    metric = (ODOMETRY, POSE_WITH_COVARIANCE, SPEED) if settings.metric else ()
+    return (*ALWAYS, *(HEADING if settings.measures_heading else ()), *metric)
 
 
 def whole_topics(parameters: Parameters) -> tuple[Topic, ...]:

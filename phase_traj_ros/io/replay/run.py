@@ -174,7 +174,6 @@ def replay(
     for speed in sorted(speeds, key=lambda each: each.stamp_ns):
         estimator.add_speed(speed.stamp_ns, speed.speed)
     updates = KeptUpdates()
-    turns: list[Turn] = []
     numbers = array('q')
     first_stamp_ns = 0
     first_skipped = ''
@@ -182,7 +181,6 @@ def replay(
         match outcome:
             case Measured(frame, update):
                 updates.append(update)
-                turns += update.turns
                 numbers.append(_UNKNOWN if frame.number is None else frame.number)
                 for watcher in watchers:
                     watcher.add(frame, update, estimator)
@@ -193,7 +191,6 @@ def replay(
                     watcher.start(frame, estimator)
             case Restarted():
                 updates = KeptUpdates()
-                turns.clear()
                 del numbers[:]
             case Skipped():
                 first_skipped = first_skipped or described(outcome)
@@ -203,7 +200,7 @@ def replay(
     under_way = [] if heading is None else heading.finish()
     found = Replay(
         source, Mounting(parameters), first_stamp_ns, updates, estimator.codes, estimator.counters,
-        tuple(sorted([*turns, *under_way], key=lambda turn: turn.start_frame)),
+        tuple(sorted([*estimator.turns, *under_way], key=lambda turn: turn.start_frame)),
         reliability=estimator.reliability.of_drive, threshold_hint=estimator.threshold_hint,
         way=estimator.way, links=estimator.links,
         frame_numbers=None if _UNKNOWN in numbers else numbers,

@@ -7,6 +7,7 @@ Only images, the CameraInfo of their camera, speeds and /tf_static are deseriali
 standard ROS definitions of these types. So a bag opens whatever other types it contains.
 """
 
+from collections import Counter
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
@@ -86,11 +87,13 @@ class BagSource(FrameSource):
             self._topics = _topics_of(reader.connections)
         self._topic = _choose_topic(path, self._topics, topic)
         declared = self._topic.count or None
+        # The stamps, and so what is selected by time, are known after reading only.
+        selects_by_time = selection.start or selection.duration is not None
         super().__init__(
             description=f'{path} (ROS {self._ros} bag, topic {self._topic.name})',
             selection=selection, declared=declared,
-            frame_count=-(-declared // selection.every)
-            if declared and selection.is_everything else None)
+            frame_count=None if declared is None or selects_by_time
+            else len(range(0, declared, selection.every)))
 
     def camera(self, *, rectified: bool) -> CameraModel | None:
         """
@@ -136,16 +139,15 @@ class BagSource(FrameSource):
         """
         name = topic if topic.startswith('/') else f'/{topic}'
         there = [each for each in self._topics if each.msgtype in SPEED_OF]
-        types = [each.msgtype for each in there if each.name == name]
-        if not types:
+        msgtype = next((each.msgtype for each in there if each.name == name), None)
+        if msgtype is None:
             raise SourceError(
                 f'{self._path} has no speed on {name}, that is, none of'
                 f' {", ".join(SPEED_OF)}; topics with speeds:'
                 f' {_listed(there, none="none")}; give one of them as the speed topic, or give the'
                 ' parameter speed')
-        speed_of = SPEED_OF[types[0]]
-        for message, receive_ns in self._messages_of(name, types[:1]):
-            speed = speed_of(message)
+        for message, receive_ns in self._messages_of(name, [msgtype]):
+            speed = SPEED_OF[msgtype](message)
             # The node warns of them; a bag cannot be corrected, so there is no warning here.
             if is_speed(speed):
                 yield Speed(to_nanoseconds(message.header.stamp) or receive_ns, speed)
@@ -180,7 +182,7 @@ class BagSource(FrameSource):
                 to_nanoseconds(message.header.stamp) == 0 for message, _ in head))
             for index, (message, receive_ns) in enumerate(chain(head, messages)):
                 yield Candidate(
-                    rule.stamp_ns(to_nanoseconds(message.header.stamp), receive_ns),
+                    index, rule.stamp_ns(to_nanoseconds(message.header.stamp), receive_ns),
                     partial(self._decode, message, index), encoding_of(message),
                     message.header.frame_id)
 
@@ -201,21 +203,21 @@ class BagSource(FrameSource):
         # Damaged data can reach any line of the parsers (struct, assert, ord, sqlite,
         # decompressors, no memory for an impossible length), so any exception is expected here.
         except Exception as error:
-            reason = ' '.join(str(error).split())[:_MAX_REASON].rstrip('.')
+            reason = ' '.join(str(error).split())[:_MAX_REASON].rstrip('.') or type(error).__name__
             if isinstance(error, (MemoryError, OverflowError)):
                 reason = 'it claims an impossible length'
-            reason = reason or type(error).__name__
             raise SourceError(
                 f'{self._path}{where} cannot be read as a ROS {self._ros} bag ({reason}); '
                 f'{self._hint()}') from error
 
     def _hint(self) -> str:
-        repair = f'ros2 bag reindex {self._path}'
         if self._ros == 1:
             repair = f'rosbag reindex {self._path}'
-        elif self._path.suffix == '.mcap' and not self._path.is_dir():
+        elif self._path.is_dir():
+            repair = f'ros2 bag reindex {self._path}'
+        elif self._path.suffix == '.mcap':
             repair = f'mcap recover {self._path}'
-        elif not self._path.is_dir():
+        else:
             repair = f'ros2 bag reindex {self._path.parent}'
         return f'if the recording was cut off, `{repair}` may repair it'
 
@@ -234,9 +236,6 @@ def _access(
                 'geometry_msgs/TransformStamped[] transforms', TF_TYPE))
             return Reader1, store.deserialize_ros1
         from rosbags.rosbag2 import Reader as Reader2
-        if not path.is_dir():
-            # Since it has this, it reads single files.
-            from rosbags.rosbag2.reader import DirectoryReader  # noqa: F401
         return Reader2, get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
     except ImportError as error:
         if ros == 2 and find_spec('rosbag2_py') is not None:
@@ -247,10 +246,9 @@ def _access(
 
 def _topics_of(connections: 'Iterable[Connection]') -> list[_Topic]:
     """Merge the connections by topic (a topic has one per publisher, maybe of several types)."""
-    counts: dict[tuple[str, str], int] = {}
+    counts: Counter[tuple[str, str]] = Counter()
     for connection in connections:
-        key = (connection.topic, connection.msgtype)
-        counts[key] = counts.get(key, 0) + connection.msgcount
+        counts[connection.topic, connection.msgtype] += connection.msgcount
     return [_Topic(name, msgtype, count) for (name, msgtype), count in sorted(counts.items())]
 
 
@@ -260,10 +258,9 @@ def _choose_topic(path: Path, topics: list[_Topic], wanted: str | None) -> _Topi
     if not images:
         raise SourceError(f'{path} has no image topic; it has {_listed(topics)}')
     if wanted is not None:
-        for name in (wanted, f'/{wanted}'):
-            for each in images:
-                if each.name == name:
-                    return each
+        for each in images:
+            if each.name in (wanted, f'/{wanted}'):
+                return each
         raise SourceError(
             f'{path} has no image topic {wanted}; its image topics are {_listed(images)}')
     # Recorders also store topics on which no message arrived.

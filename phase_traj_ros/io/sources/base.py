@@ -98,12 +98,19 @@ class Speed:
 class Candidate:
     """A frame that is not decoded until it is selected."""
 
+    number: int
+    """Number of the frame in its source, from 0 on."""
     stamp_ns: int
     decode: Callable[[], GreyImage]
     encoding: str = ''
     frame_id: str = CAMERA_FRAME
-    number: int | None = None
-    """Number of the frame, from 0 on; None for the one after the previous candidate."""
+
+    def frame(self) -> StampedFrame:
+        """Decode the frame; raises FrameError or SourceError if it cannot be used."""
+        image = self.decode()
+        # A read-only image is not copied by the estimator.
+        image.flags.writeable = False
+        return StampedFrame(image, self.stamp_ns, self.encoding, self.frame_id, self.number)
 
 
 class FrameSource(ABC):
@@ -116,6 +123,9 @@ class FrameSource(ABC):
     SourceError at an image that cannot be used, and SourceError at the end if there was no frame.
     ``entries`` goes on after an image that cannot be used.
     """
+
+    # Stamp of the first frame, for a source whose candidates need not begin with it.
+    _first_ns: int | None = None
 
     def __init__(
         self, *, description: str, selection: Selection, frame_count: int | None,
@@ -186,8 +196,8 @@ class FrameSource(ABC):
     def __iter__(self) -> Iterator[StampedFrame]:
         """Yield the selected frames."""
         with closing(self._selected()) as selected:
-            for number, candidate in selected:
-                yield _decode(candidate, number)
+            for candidate in selected:
+                yield candidate.frame()
 
     def entries(self) -> Generator[Entry, None, None]:
         """
@@ -196,23 +206,23 @@ class FrameSource(ABC):
         Raises SourceError if the source cannot be read, and at the end if there was no frame.
         """
         with closing(self._selected()) as selected:
-            for number, candidate in selected:
+            for candidate in selected:
                 entry: Entry
                 try:
-                    entry = _decode(candidate, number)
+                    entry = candidate.frame()
                 except (FrameError, SourceError) as error:
-                    entry = UnreadableFrame(number, candidate.stamp_ns, str(error))
+                    entry = UnreadableFrame(candidate.number, candidate.stamp_ns, str(error))
                 yield entry
 
-    def _selected(self) -> Generator[tuple[int, Candidate], None, None]:
-        """Yield the selected candidates with their numbers, before the selection."""
-        selector = Selector(self._selection)
+    def _selected(self) -> Generator[Candidate, None, None]:
+        """Yield the selected candidates."""
+        selector = Selector(self._selection, self._first_ns)
         with closing(self._candidates()) as candidates:
             number = -1
             for candidate in candidates:
-                number = number + 1 if candidate.number is None else candidate.number
+                number = candidate.number
                 if selector.judge(candidate.stamp_ns):
-                    yield number, candidate
+                    yield candidate
                 elif selector.over:
                     break
             else:
@@ -228,15 +238,7 @@ class FrameSource(ABC):
 
     @abstractmethod
     def _candidates(self) -> Generator[Candidate, None, None]:
-        """Yield all frames from the first one on, before the selection."""
-
-
-def _decode(candidate: Candidate, number: int) -> StampedFrame:
-    image = candidate.decode()
-    # A read-only image is not copied by the estimator.
-    image.flags.writeable = False
-    return StampedFrame(
-        image, candidate.stamp_ns, candidate.encoding, candidate.frame_id, number)
+        """Yield all frames in order, at least from the start of the selection on."""
 
 
 def index_stamp_ns(index: int, fps: float) -> int:

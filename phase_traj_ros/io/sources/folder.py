@@ -74,8 +74,8 @@ class FolderSource(FrameSource):
         return None
 
     def _candidates(self) -> Generator[Candidate, None, None]:
-        for picture, stamp_ns in zip(self._pictures, self._stamps, strict=True):
-            yield Candidate(stamp_ns, partial(read_picture, picture))
+        for number, picture in enumerate(self._pictures):
+            yield Candidate(number, self._stamps[number], partial(read_picture, picture))
 
 
 def natural_key(name: str) -> tuple[tuple[str | int, ...], str]:

@@ -11,7 +11,6 @@ A source is iterated over::
                 print(outcome)
 """
 
-import math
 from os import PathLike
 from pathlib import Path
 
@@ -59,7 +58,7 @@ def open_source(
 
     """
     path = Path(path)
-    if fps is not None and not (math.isfinite(fps) and _MIN_FPS <= fps <= _MAX_FPS):
+    if fps is not None and not _MIN_FPS <= fps <= _MAX_FPS:
         raise ParameterError(f'fps must be a number from {_MIN_FPS} to {_MAX_FPS:.0f}, not {fps}')
     suffix = path.suffix.lower()
     with reading(path):

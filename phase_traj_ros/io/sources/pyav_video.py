@@ -60,6 +60,8 @@ class PyavSource(VideoFile):
     if fps is given. Frames before the start of the selection are not decoded.
     """
 
+    _first_ns = 0
+
     def _examine(self) -> VideoFacts:
         with self._stream() as (container, stream):
             first = next(container.decode(stream), None)
@@ -73,9 +75,6 @@ class PyavSource(VideoFile):
     def _candidates(self) -> Generator[Candidate, None, None]:
         with self._stream() as (container, stream):
             number, from_pts = self._seek(container, stream)
-            if number:
-                # The stamps of the selection count from the first frame.
-                yield Candidate(0, self._never, number=0)
             clock, newest = VideoClock(self._fps), self._origin
             for frame in self._pictures(container, stream):
                 pts = getattr(frame, 'pts', None)
@@ -83,7 +82,7 @@ class PyavSource(VideoFile):
                     continue
                 newest = newest if pts is None else max(pts, newest)
                 stamp_ns = clock.stamp_ns(self._position_ns(number, pts, stream.time_base))
-                yield Candidate(stamp_ns, partial(self._luma, frame, number), number=number)
+                yield Candidate(number, stamp_ns, partial(self._luma, frame, number))
                 number += 1
             # The newest frame is shown for one period.
             lost_s = self._end - float(newest * stream.time_base) - 1 / self._fps
@@ -144,9 +143,6 @@ class PyavSource(VideoFile):
         except (av.FFmpegError, OSError) as error:
             reason = ' '.join(str(getattr(error, 'strerror', None) or error).split())
             raise self._not_opened(reason) from error
-
-    def _never(self) -> GreyImage:
-        raise SourceError(f'{self._path}: frame 0 of the video is before the selection')
 
     def _luma(self, frame: Any, number: int) -> GreyImage:
         if isinstance(frame, Exception):

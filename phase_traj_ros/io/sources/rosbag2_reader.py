@@ -13,12 +13,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import MappingProxyType
 from typing import Any
-
-from phase_traj_ros.errors import SourceError
-
-_STORAGE = MappingProxyType({'.mcap': 'mcap', '.db3': 'sqlite3'})
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,21 +60,20 @@ def opened(path: Path) -> Iterator[Rosbag2Reader]:
     ------
     ImportError
         rosbag2_py is not installed.
-    SourceError
-        The bag is a single file of compressed messages.
 
     """
     rosbag2: Any = import_module('rosbag2_py')
-    # The storage format of a directory is in its metadata.yaml.
-    storage, compression = '', ''
+    # The storage format of a directory is in its metadata.yaml, and so is what is compressed.
+    storage, compressed = '', 'NONE'
     if path.is_dir():
-        compression = _compression(rosbag2, path)
+        metadata = rosbag2.MetadataIo().read_metadata(str(path))
+        compressed = str(metadata.compression_mode).upper() or compressed
     else:
-        storage = _STORAGE[path.suffix.lower()]
-        _check_file(rosbag2, path)
-    with _linked(path) if compression == 'FILE' else nullcontext(path) as place:
+        storage = 'mcap' if path.suffix.lower() == '.mcap' else 'sqlite3'
+    with _linked(path) if compressed == 'FILE' else nullcontext(path) as place:
         reader = (
-            rosbag2.SequentialCompressionReader() if compression else rosbag2.SequentialReader())
+            rosbag2.SequentialReader() if compressed == 'NONE'
+            else rosbag2.SequentialCompressionReader())
         reader.open(
             rosbag2.StorageOptions(uri=str(place), storage_id=storage),
             rosbag2.ConverterOptions('', ''))
@@ -91,27 +85,6 @@ def deserialise(data: bytes, msgtype: str) -> object:
     package, _, name = msgtype.split('/')
     kind = getattr(import_module(f'{package}.msg'), name)
     return import_module('rclpy.serialization').deserialize_message(data, kind)
-
-
-def _check_file(rosbag2: Any, path: Path) -> None:
-    """Check that the messages of a single file are not compressed, which it does not tell."""
-    try:
-        compression = _compression(rosbag2, path.parent)
-    except RuntimeError:
-        return  # What lies beside the file need not belong to it.
-    if compression == 'MESSAGE':
-        raise SourceError(
-            f'the messages of {path} are compressed: give the folder {path.parent}, whose'
-            ' metadata.yaml says how')
-
-
-def _compression(rosbag2: Any, folder: Path) -> str:
-    """Return what its metadata.yaml says is compressed in a bag: '', 'FILE' or 'MESSAGE'."""
-    metadata = rosbag2.MetadataIo()
-    if not metadata.metadata_file_exists(str(folder)):
-        return ''
-    mode = str(metadata.read_metadata(str(folder)).compression_mode).upper()
-    return '' if mode == 'NONE' else mode
 
 
 @contextmanager

@@ -49,11 +49,6 @@ class Selection:
         """End of the part in nanoseconds since the first frame, None if it is open."""
         return None if self.duration is None else self.start_ns + round(self.duration * 1e9)
 
-    @property
-    def is_everything(self) -> bool:
-        """Whether no frame is excluded by its time."""
-        return self.start_ns == 0 and self.duration is None
-
 
 EVERYTHING: Final = Selection()
 """All frames."""
@@ -69,9 +64,10 @@ class Selector:
 
     PATIENCE = 50
 
-    def __init__(self, selection: Selection) -> None:
+    def __init__(self, selection: Selection, first_ns: int | None = None) -> None:
+        """Count times from ``first_ns``; by default, from the stamp of the first frame judged."""
         self._selection = selection
-        self._first_ns: int | None = None
+        self._first_ns = first_ns
         self._behind_in_a_row = 0
         self.over = False
         """Whether no later frame is selected."""

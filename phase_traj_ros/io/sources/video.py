@@ -4,8 +4,8 @@
 
 from abc import abstractmethod
 from bisect import bisect_left
-import codecs
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -126,8 +126,7 @@ class VideoSource(VideoFile):
     """
 
     def _examine(self) -> VideoFacts:
-        capture = self._open()
-        try:
+        with self._capture() as capture:
             if not capture.grab():
                 raise SourceError(f'{self._path}: no frame of the video can be decoded')
             self._retrieve(capture, 0)
@@ -135,39 +134,31 @@ class VideoSource(VideoFile):
             return VideoFacts(
                 capture.get(cv2.CAP_PROP_FPS),
                 int(count) if 0 < count <= _MAX_FRAME_COUNT else 0)
-        finally:
-            capture.release()
 
     def _candidates(self) -> Generator[Candidate, None, None]:
-        clock = VideoClock(self._fps)
-        capture = self._open()
-        try:
-            index = 0
+        clock, index = VideoClock(self._fps), 0
+        with self._capture() as capture:
             while capture.grab():
-                stamp_ns = clock.stamp_ns(self._position_ns(capture))
-                yield Candidate(stamp_ns, partial(self._retrieve, capture, index))
+                position_ms = 0.0 if self._is_constant else capture.get(cv2.CAP_PROP_POS_MSEC)
+                # Some readers give absurd ones, or NaN.
+                credible = 0 < position_ms < _MAX_POSITION_MS
+                stamp_ns = clock.stamp_ns(round(position_ms * 1e6) if credible else None)
+                yield Candidate(index, stamp_ns, partial(self._retrieve, capture, index))
                 index += 1
-        finally:
-            capture.release()
 
-    def _position_ns(self, capture: cv2.VideoCapture) -> int | None:
-        """Return the position of the frame that was grabbed last, if it counts and is credible."""
-        position_ms = capture.get(cv2.CAP_PROP_POS_MSEC)
-        counts = not self._is_constant and 0 < position_ms < _MAX_POSITION_MS
-        return round(position_ms * 1e6) if counts else None
-
-    def _open(self) -> cv2.VideoCapture:
+    @contextmanager
+    def _capture(self) -> Iterator[cv2.VideoCapture]:
+        """Open the file."""
         # Listed explicitly: cv2.CAP_ANY includes a reader of numbered pictures, which takes any
         # name with digits for a pattern.
-        wanted = [
-            backend for backend in (cv2.CAP_FFMPEG, cv2.CAP_GSTREAMER)
-            if cv2.videoio_registry.hasBackend(backend)
-        ]
-        for backend in wanted or [cv2.CAP_ANY]:
+        for backend in (cv2.CAP_FFMPEG, cv2.CAP_GSTREAMER):
             capture = cv2.VideoCapture(str(self._path), backend)
-            if capture.isOpened():
-                return capture
-            capture.release()
+            try:
+                if capture.isOpened():
+                    yield capture
+                    return
+            finally:
+                capture.release()
         raise self._not_opened('OpenCV has no reader for it')
 
     def _retrieve(self, capture: cv2.VideoCapture, index: int) -> GreyImage:
@@ -190,20 +181,8 @@ def start_of(path: Path) -> bytes:
         raise SourceError(f'{path} is a single picture; give the folder that holds it')
     with reading(path), path.open('rb') as file:
         start = file.read(_SNIFFED_BYTES)
-    # FFmpeg plays text files as terminal output.
-    if _is_text(start):
+    # FFmpeg plays text files as terminal output. All video formats have zeros early.
+    if 0 not in start:
         raise SourceError(
             f'{path} is a text file, not a video; give a bag, a video or a folder of pictures')
     return start
-
-
-def _is_text(start: bytes) -> bool:
-    """Return whether the first bytes of a file are text; all video formats have zeros early."""
-    if 0 in start:
-        return False
-    try:
-        # The last character may be incomplete.
-        codecs.getincrementaldecoder('utf-8')().decode(start, final=False)
-    except UnicodeDecodeError:
-        return False
-    return True

@@ -13,7 +13,6 @@ from enum import Enum
 from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.outputs.outputs import Outputs
 from phase_traj_ros.io.replay.camera import known_lens, learned_lens, mounting_of
-from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.replay.run import Replay, replay, Watcher
 from phase_traj_ros.io.results.bag import BagSink
 from phase_traj_ros.io.results.figures import require_matplotlib, write_trajectory_picture
@@ -21,6 +20,7 @@ from phase_traj_ros.io.results.files import write_results
 from phase_traj_ros.io.results.report.report import write_report
 from phase_traj_ros.io.results.thumbnails import LeftOutPicture, Thumbnails
 from phase_traj_ros.io.sources.base import Entry, FrameSource
+from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.tasks.batch.request import ReplayRequest, REPORT
 
 
@@ -85,19 +85,18 @@ def replay_source(
             seen.append(stack.enter_context(BagSink(
                 owner.file(request.bag_out), mounting, source=source.description,
                 debug_images=request.bag_debug_images)))
-        frames = KeptFrames(source)
         lens, unused_calibration = known_lens(source, parameters)
         last = Pass.ONLY
         if lens is None and not request.one_pass and parameters.settings.learns_lens:
             last = Pass.SECOND
-            with closing(frames.keeping()) as first:
+            with closing(prefetch(source.entries())) as frames:
                 lens = learned_lens(
-                    through(first, Pass.FIRST), parameters, source.description,
+                    through(frames, Pass.FIRST), parameters, source.description,
                     strict=request.strict)
         speeds = source.speeds(request.speed_topic) if parameters.use_speed_topic else ()
-        with closing(frames.once()) as again:
+        with closing(prefetch(source.entries())) as frames:
             result = replay(
-                through(again, last), parameters, source=source.description, watchers=seen,
+                through(frames, last), parameters, source=source.description, watchers=seen,
                 lens=lens, speeds=speeds, strict=request.strict)
         result = replace(
             result, source_frames=source.frames, unused_calibration=unused_calibration,

@@ -105,7 +105,7 @@ def test_a_chunk_that_claims_gigabytes_is_refused_before_it_takes_memory():
     end = good.index(b'IEND') - 4
     for length in (2 ** 29, 2 ** 31 - 1):
         data = good[:end] + struct.pack('>I', length) + b'tEXt' + good[end:]
-        with pytest.raises(FrameError, match='chunks is longer'):
+        with pytest.raises(FrameError, match='it has no end'):
             read_header(data)
     comment = struct.pack('>I', 3) + b'tEXtabc' + struct.pack('>I', zlib.crc32(b'tEXtabc'))
     assert decode_picture(good[:end] + comment + good[end:])[0].shape == (7, 5)

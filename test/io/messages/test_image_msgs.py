@@ -174,14 +174,11 @@ def test_message_class_of_ros(picture, image_msg):
     ({'step': 95}, 'step of 95 bytes, but a row needs 96'),
     ({'step': 97}, r'needs 2328 bytes \(height \* step\), but its data has 2304'),
     ({'data': b''}, 'its data has 0'),
-    ({'data': [1, 2, 3]}, 'data field is a list, not an array of bytes'),
     ({'encoding': 'h264'}, "'h264' is unknown; known are mono8, .*, yuyv"),
     ({'encoding': ''}, "'' is unknown"),
     ({'encoding': 'a\nb' + 'c' * 1000}, r"'a\\nbccc"),
     ({'height': 2 ** 32 - 1, 'width': 2 ** 32 - 1}, 'step'),
     ({'height': 2 ** 32 - 1}, 'but its data has'),
-    ({'encoding': 'yuv422', 'width': 31}, 'odd width'),
-    ({'encoding': 'bayer_rggb8', 'width': 2}, 'too small: a mosaic needs 3x3'),
 ])
 def test_bad_message(picture, image_msg, change, message):
     msg = image_msg(picture(), 'rgb8')
@@ -283,14 +280,7 @@ def test_compressed_limit_comes_before_decoding(picture, suffix, monkeypatch):
 
 
 @pytest.mark.parametrize('data', [
-    b'', b'GIF89a', b'\x00' * 100, b'\xff\xd8', b'\x89PNG', b'\xff\xd8\xff' + b'\x00' * 50,
-    [1, 2, 3],
-])
+    b'', b'GIF89a', b'\x00' * 100, b'\xff\xd8', b'\x89PNG', b'\xff\xd8\xff' + b'\x00' * 50])
 def test_compressed_foreign_data(data):
     with pytest.raises(FrameError):
         decode_compressed(SimpleNamespace(format='jpeg', data=data))
-
-
-def test_neither_raw_nor_compressed():
-    with pytest.raises(FrameError, match='type SimpleNamespace is neither'):
-        msg_to_frame(SimpleNamespace(data='hello'))

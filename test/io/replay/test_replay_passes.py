@@ -4,15 +4,19 @@
 
 import json
 import math
+from pathlib import Path
+import threading
 
 import cv2
 from far_scene import render
 import numpy as np
 from phase_traj_ros.core import LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.io.replay.kept import KeptFrames
+from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.replay.run import Watcher
+from phase_traj_ros.io.sources.base import Candidate, FrameSource
 from phase_traj_ros.io.sources.opening import open_source
+from phase_traj_ros.io.sources.selection import EVERYTHING
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.tasks.batch.job import Pass, replay_source
 from phase_traj_ros.tasks.batch.outcome import run_request
@@ -143,11 +147,32 @@ def test_a_pass_for_learning_writes_nothing_and_is_counted_as_progress(folder, t
         assert content['camera']['origin'] == 'drive'
 
 
-@pytest.mark.parametrize('most_bytes', [0, 10 * 160 * 320, 1 << 30])
-def test_frames_come_again_whether_they_are_kept_or_not(folder, most_bytes):
-    with open_source(folder) as source:
-        frames = KeptFrames(source, most_bytes=most_bytes)
-        first = list(frames.keeping())
-        again = list(frames.once())
-    assert [frame.stamp_ns for frame in first] == [frame.stamp_ns for frame in again]
-    assert all(np.array_equal(one.image, two.image) for one, two in zip(first, again))
+class _Counted(FrameSource):
+    """Yields frames of noise, and counts how often they are read; some are invalid."""
+
+    def __init__(self, *, unusable):
+        super().__init__(description='noise', selection=EVERYTHING, frame_count=20)
+        self.passes = 0
+        self._unusable = unusable
+
+    def _candidates(self):
+        self.passes += 1
+        rng = np.random.default_rng(0)
+        for number in range(20):
+            image = rng.integers(0, 255, (60, 90), np.uint8)
+            if (self.passes, number) == self._unusable:
+                image = np.zeros((0, 0), np.uint8)
+            yield Candidate(number, number * 100_000_000, lambda image=image: image)
+
+
+@pytest.mark.parametrize('number_of_pass', [1, 2])
+def test_a_pass_that_fails_leaves_no_thread_that_reads(number_of_pass):
+    source = _Counted(unusable=(number_of_pass, 5))
+    with pytest.raises(SourceError, match='frame 5') as failure:
+        replay_source(source, ReplayRequest(
+            source=Path('noise'), parameters=Parameters(code_source='auto'),
+            strict=True))
+    assert source.passes == number_of_pass
+    # The error refers to the running generator: the garbage collector would come too late.
+    assert failure.tb is not None
+    assert all(thread.name != 'prefetch' for thread in threading.enumerate())

@@ -12,7 +12,6 @@ from phase_traj_ros.core.camera.model import Distortion
 from phase_traj_ros.errors import (
     CalibrationError,
     FrameError,
-    MissingDependencyError,
     SourceError,
 )
 from phase_traj_ros.io import open_source, prefetch, Selection
@@ -57,17 +56,6 @@ def test_a_directory_is_a_bag_of_ros_2_whatever_its_name(tmp_path, mcap_maker, n
     with open_source(mcap_maker.drive(tmp_path / name)) as source:
         assert 'ROS 2 bag' in source.description
         assert len(list(source)) == 5
-
-
-def test_single_file_of_an_old_rosbags(tmp_path, maker, monkeypatch):
-    reader = pytest.importorskip('rosbags.rosbag2').reader
-    file = maker.single_file(maker.drive(tmp_path / 'bag'))
-    monkeypatch.delattr(reader, 'DirectoryReader')
-    if maker.kind == 'ros1':
-        assert len(stamps_of(file)) == 5
-    else:
-        with pytest.raises(MissingDependencyError, match=r'rosbags, 0.11 or later'):
-            open_source(file)
 
 
 @pytest.mark.parametrize('suffix', ['.png', '.jpg'])
