@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import dataclass, field
 import fcntl
 from itertools import chain
@@ -13,7 +13,6 @@ import os
 from pathlib import Path
 import shutil
 import tempfile
-from types import TracebackType
 from typing import Final
 
 from phase_traj_ros.errors import OutputError
@@ -22,7 +21,6 @@ from phase_traj_ros.io.outputs.manifest import MANIFEST, Manifest
 from phase_traj_ros.io.outputs.protected import (
     check_directory,
     is_input,
-    real,
     refuse_foreign,
     refuse_inputs,
 )
@@ -38,15 +36,14 @@ class _Staged:
     folder: Path
     """Folder of the output, without symbolic links."""
     staging: Path
-    lock: int
-    """Descriptor that tells other runs that this one lives."""
     manifest: Manifest | None = None
     """What is there from earlier runs; None for a single file."""
     adds: bool = False
 
-    def made(self) -> list[Path]:
-        """Return the files and folders that were made."""
-        return sorted((self.staging / 'made').iterdir())
+    @property
+    def made(self) -> Path:
+        """Return the folder of the files and folders that are made."""
+        return self.staging / 'made'
 
 
 @dataclass(slots=True)
@@ -64,31 +61,16 @@ class Outputs:
     """Files and folders that the run reads: no output may be one of them or lie in one."""
     force: bool = False
     """Whether files in output folders are replaced that no earlier run wrote."""
-    batch: str = ''
-    """Name of the batch of which the run is a part; see ``remove_staging``."""
     _staged: list[_Staged] = field(default_factory=list)
-    _created: list[Path] = field(default_factory=list)
+    _cleanup: ExitStack = field(default_factory=ExitStack)
 
     def __enter__(self) -> Outputs:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        with uninterrupted():
-            try:
-                if kind is None:
-                    self._commit()
-                    self._created.clear()
-            finally:
-                for each in self._staged:
-                    shutil.rmtree(each.staging, ignore_errors=True)
-                    os.close(each.lock)
-                # Bottom up, as long as nothing else was written into them.
-                with suppress(OSError):
-                    for folder in reversed(self._created):
-                        folder.rmdir()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        with uninterrupted(), self._cleanup:
+            if kind is None:
+                commit([move for each in self._staged for move in self._moves(each)])
 
     def directory(
         self, target: Path, *, names: Collection[str] = (), adds: bool = False,
@@ -128,7 +110,7 @@ class Outputs:
 
         """
         with writing_to(target):
-            place = real(target)
+            place = Path(os.path.realpath(target))
             if target.is_dir():
                 raise OutputError(f'cannot write {target}: it is a directory')
             if target.exists() and not target.is_file():
@@ -146,54 +128,48 @@ class Outputs:
             missing = [each for each in (folder, *folder.parents) if not each.exists()]
             for each in reversed(missing):
                 each.mkdir(exist_ok=True)
-                self._created.append(each)
-            _remove_abandoned(folder)
-            staging = Path(tempfile.mkdtemp(prefix=f'{STAGING}{self.batch}', dir=folder))
+                self._cleanup.callback(_remove_if_empty, each)
+            remove_abandoned(folder)
+            staging = Path(tempfile.mkdtemp(prefix=STAGING, dir=folder))
+            self._cleanup.callback(shutil.rmtree, staging, ignore_errors=True)
+            # Tells other runs that this one lives.
             lock = os.open(staging, os.O_RDONLY)
-            self._staged.append(_Staged(folder, staging, lock, manifest, adds))
+            self._cleanup.callback(os.close, lock)
             with suppress(OSError):  # Not every file system has locks.
                 fcntl.flock(lock, fcntl.LOCK_SH)
-            made = staging / 'made'
-            made.mkdir()
-            return made
-
-    def _commit(self) -> None:
-        """Move everything to its place."""
-        moves: list[Move] = []
-        for each in self._staged:
-            with writing_to(each.folder):
-                moves += self._moves(each)
-        commit(moves)
+            staged = _Staged(folder, staging, manifest, adds)
+            self._staged.append(staged)
+            staged.made.mkdir()
+            return staged.made
 
     def _moves(self, each: _Staged) -> Iterator[Move]:
-        made = each.made()
-        removed: list[str] = []
-        if each.manifest is not None:
+        with writing_to(each.folder):
+            made = sorted(each.made.iterdir())
+            removed: list[str] = []
+            if each.manifest is not None:
+                for path in made:
+                    refuse_foreign(each.manifest, path.name, force=self.force)
+                # A named file in the folder belongs to its results.
+                results = [*made, *chain.from_iterable(
+                    other.made.iterdir() for other in self._staged
+                    if other.manifest is None and other.folder == each.folder)]
+                if not each.adds:
+                    names = {MANIFEST, *(path.name for path in results)}
+                    removed = [
+                        name for name in each.manifest.owned
+                        if name not in names and not is_input(each.folder / name, self.inputs)]
+                made.append(each.staging / MANIFEST)
+                each.manifest.followed_by(results, adds=each.adds).write(made[-1])
+            aside = each.staging / 'aside'
+            aside.mkdir()
             for path in made:
-                refuse_foreign(each.manifest, path.name, force=self.force)
-            # A named file in the folder belongs to its results.
-            results = [*made, *chain.from_iterable(
-                other.made() for other in self._staged
-                if other.manifest is None and other.folder == each.folder)]
-            if not each.adds:
-                names = {MANIFEST, *(path.name for path in results)}
-                removed = [
-                    name for name in each.manifest.owned
-                    if name not in names and not is_input(each.folder / name, self.inputs)]
-            made.append(each.staging / MANIFEST)
-            each.manifest.followed_by(results, adds=each.adds).write(made[-1])
-        aside = each.staging / 'aside'
-        aside.mkdir()
-        for path in made:
-            yield Move(path, each.folder / path.name, aside / path.name)
-        for name in removed:
-            yield Move(None, each.folder / name, aside / name)
+                yield Move(path, each.folder / path.name, aside / path.name)
+            for name in removed:
+                yield Move(None, each.folder / name, aside / name)
 
 
 @contextmanager
-def output_file(
-    target: Path, *, inputs: Collection[Path] = (),
-) -> Iterator[Path]:
+def output_file(target: Path, *, inputs: Collection[Path] = ()) -> Iterator[Path]:
     """
     Yield a path to write to; rename it to ``target`` after writing, or remove it on error.
 
@@ -227,15 +203,7 @@ def output_directory(
         yield outputs.directory(target, names=names, adds=adds)
 
 
-def remove_staging(folder: Path, batch: str) -> None:
-    """Remove what killed processes of a batch left in ``folder``, and the folder if empty."""
-    for staging in folder.glob(f'{STAGING}{batch}*'):
-        shutil.rmtree(staging, ignore_errors=True)
-    with suppress(OSError):
-        folder.rmdir()
-
-
-def _remove_abandoned(folder: Path) -> None:
+def remove_abandoned(folder: Path) -> None:
     """Remove what killed runs left in a folder, unless earlier results were moved into it."""
     for staging in folder.glob(f'{STAGING}*'):
         with suppress(OSError):
@@ -247,3 +215,8 @@ def _remove_abandoned(folder: Path) -> None:
                     shutil.rmtree(staging)
             finally:
                 os.close(lock)
+
+
+def _remove_if_empty(folder: Path) -> None:
+    with suppress(OSError):
+        folder.rmdir()

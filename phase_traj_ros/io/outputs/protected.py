@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from contextlib import suppress
 import os
 from pathlib import Path
 
@@ -29,7 +30,7 @@ def check_directory(
 
     """
     with writing_to(target):
-        folder = real(target)
+        folder = Path(os.path.realpath(target))
         refuse_inputs(folder, target, inputs)
         manifest = Manifest.of(folder)
         for name in (*names, MANIFEST):
@@ -39,18 +40,15 @@ def check_directory(
         return manifest
 
 
-def real(target: Path) -> Path:
-    """Return the absolute path without symbolic links; also of what does not exist."""
-    return Path(os.path.realpath(target))
-
-
 def refuse_inputs(place: Path, target: Path, inputs: Collection[Path]) -> None:
     """Raise OutputError if ``target``, with the real path ``place``, is or lies in an input."""
-    read = _identities([*inputs, *(link for each in inputs for link in _links_in(each))])
-    if _identity(place) in read:
+    links = (link for each in inputs if each.is_dir() for link in each.iterdir())
+    # The pictures of a sequence may be elsewhere.
+    read = _identities([*inputs, *(link for link in links if link.is_symlink())])
+    if read & _identities([place]):
         raise OutputError(f'{target} is an input: choose another output')
     for folder in place.parents:
-        if _identity(folder) in read:
+        if read & _identities([folder]):
             raise OutputError(
                 f'{target} lies in the input {folder}, and would become a part of it: choose'
                 ' another output')
@@ -58,26 +56,17 @@ def refuse_inputs(place: Path, target: Path, inputs: Collection[Path]) -> None:
 
 def is_input(path: Path, inputs: Iterable[Path]) -> bool:
     """Return whether a file or folder is one of the inputs, under whatever name."""
-    return _identity(path) in _identities(inputs)
+    return bool(_identities([path]) & _identities(inputs))
 
 
 def _identities(paths: Iterable[Path]) -> set[tuple[int, int]]:
-    return {found for found in map(_identity, paths) if found is not None}
-
-
-def _identity(path: Path) -> tuple[int, int] | None:
-    """Return what tells a file or folder from others; None if absent."""
-    try:
-        found = path.stat()
-    except OSError:
-        return None
-    return found.st_dev, found.st_ino
-
-
-def _links_in(folder: Path) -> list[Path]:
-    """Return the symbolic links in a folder; the pictures of a sequence may be elsewhere."""
-    found = folder.iterdir() if folder.is_dir() else ()
-    return [path for path in found if path.is_symlink()]
+    """Return what tells files and folders from others, whatever their names."""
+    found = set()
+    for path in paths:
+        with suppress(OSError):  # Of what is absent, there is nothing to tell.
+            status = path.stat()
+            found.add((status.st_dev, status.st_ino))
+    return found
 
 
 def refuse_foreign(manifest: Manifest, name: str, *, force: bool) -> None:

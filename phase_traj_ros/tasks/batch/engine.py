@@ -12,11 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, FIRST_COMPLETED, Future, wait
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
 from phase_traj_ros.io.outputs.commit import uninterrupted
-from phase_traj_ros.io.outputs.outputs import remove_staging
+from phase_traj_ros.io.outputs.outputs import remove_abandoned
 from phase_traj_ros.tasks.batch.notes import folder_of_notes, Note, stop_jobs, Stopped
 from phase_traj_ros.tasks.batch.outcome import failure, Outcome, Progress, run_request, Status
 from phase_traj_ros.tasks.batch.request import ReplayRequest
@@ -67,7 +68,7 @@ class Batch:
         """
         output = self._requests[0].output
         assert output is not None
-        with folder_of_notes(output.parent, self._requests[0].batch) as folder:
+        with folder_of_notes(output.parent) as folder:
             notes = [Note(folder, number) for number in range(len(self._requests))]
             futures = {
                 executor.submit(_work, self._run, request, note): number
@@ -81,7 +82,9 @@ class Batch:
             finally:
                 for request in self._requests:
                     assert request.output is not None
-                    remove_staging(request.output, request.batch)
+                    remove_abandoned(request.output)
+                    with suppress(OSError):  # Only an empty folder is removed.
+                        request.output.rmdir()
 
     def _follow(
         self, futures: dict[Future[Outcome], int], notes: Sequence[Note],

@@ -36,13 +36,9 @@ Through = Callable[[Iterable[Entry], Pass], Iterable[Entry]]
 """Takes the frames of a pass and yields them, as a progress bar does."""
 
 
-def _straight(frames: Iterable[Entry], _: Pass) -> Iterable[Entry]:
-    return frames
-
-
 def replay_source(
     source: FrameSource, request: ReplayRequest, *, watchers: Sequence[Watcher] = (),
-    through: Through = _straight,
+    through: Through = lambda frames, _: frames,
 ) -> Replay:
     """
     Replay a source as requested and write the results, all of them or none.
@@ -71,8 +67,7 @@ def replay_source(
     mounting = mounting_of(source, request.parameters)
     parameters = mounting.parameters
     with ExitStack() as stack:
-        owner = stack.enter_context(Outputs(
-            inputs=request.inputs, force=request.force, batch=request.batch))
+        owner = stack.enter_context(Outputs(inputs=request.inputs, force=request.force))
         seen = [*watchers]
         thumbnails, left_out = Thumbnails(), LeftOutPicture()
         if request.output is not None:

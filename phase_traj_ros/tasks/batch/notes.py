@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 import shutil
 import time
+from uuid import uuid4
 
 from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.outputs.outputs import STAGING
@@ -21,7 +22,7 @@ class Stopped(BaseException):
 
 
 @contextmanager
-def folder_of_notes(root: Path, batch: str) -> Iterator[Path]:
+def folder_of_notes(root: Path) -> Iterator[Path]:
     """
     Make a folder for the notes of the jobs of a batch; remove it at the end, which stops them.
 
@@ -34,7 +35,7 @@ def folder_of_notes(root: Path, batch: str) -> Iterator[Path]:
         The folder ``root`` cannot be made or written.
 
     """
-    folder = root / f'{STAGING}{batch}notes'
+    folder = root / f'{STAGING}{uuid4().hex}'
     with writing_to(root):
         folder.mkdir(parents=True)
     try:

@@ -202,7 +202,7 @@ def test_processes_block_the_signals_from_their_first_moment(processes):
 
 
 def test_notes_tell_of_progress_attempts_and_the_end(tmp_path):
-    with folder_of_notes(tmp_path / 'new', 'x-') as folder:
+    with folder_of_notes(tmp_path / 'new') as folder:
         first, second = Note(folder, 0), Note(folder, 1)
         assert [first.begin(), first.begin(), second.begin()] == [0, 1, 0]
         assert first.fraction() == 0
