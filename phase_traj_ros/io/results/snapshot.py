@@ -61,8 +61,6 @@ class Snapshot:
         ------
         OutputError
             The files cannot be written.
-        MissingDependencyError
-            matplotlib is not installed.
 
         """
         with output_directory(directory) as staging:

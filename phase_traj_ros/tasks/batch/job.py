@@ -16,7 +16,7 @@ from phase_traj_ros.io.replay.camera import known_lens, learned_lens, mounting_o
 from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.replay.run import Replay, replay, Watcher
 from phase_traj_ros.io.results.bag import BagSink
-from phase_traj_ros.io.results.figures import require_matplotlib, write_trajectory_picture
+from phase_traj_ros.io.results.figures import write_trajectory_picture
 from phase_traj_ros.io.results.files import write_results
 from phase_traj_ros.io.results.report.report import write_report
 from phase_traj_ros.io.results.thumbnails import LeftOutPicture, Thumbnails
@@ -71,7 +71,6 @@ def replay_source(
         seen = [*watchers]
         thumbnails, left_out = Thumbnails(), LeftOutPicture()
         if request.output is not None:
-            require_matplotlib()
             folder = owner.directory(request.output, names=request.names)
         if request.report:
             seen += [thumbnails, left_out]

@@ -9,20 +9,19 @@ from dataclasses import asdict, dataclass
 import json
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.codes.codes import Movement
 from phase_traj_ros.core.codes.from_heading import HeadingCode
-from phase_traj_ros.tasks.evaluation.ground_truth import GroundTruth
-from phase_traj_ros.tasks.evaluation.matched_truth import match, MatchedTruth
-from phase_traj_ros.tasks.evaluation.odometry_errors import distance_error, relative_errors
+from phase_traj_ros.tasks.evaluation.ground_truth import GroundTruth, match, MatchedTruth
 from phase_traj_ros.tasks.evaluation.replayed_drive import ReplayedDrive
 from phase_traj_ros.tasks.evaluation.scores import (
     absolute_error,
+    distance_error,
     heading_error,
     HeadingError,
+    relative_errors,
     shape_error,
     turn_score,
     TurnScore,
@@ -101,12 +100,6 @@ class Evaluation:
     shape_error: ShapeError
     path_errors: PathErrors
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the scores in the form of ``evaluation.json``."""
-        content = asdict(self)
-        of_the_path = content.pop('path_errors')
-        return {**content, 'scored_in': 'plane', **of_the_path}
-
 
 def evaluate(
     drive: ReplayedDrive, truth: GroundTruth, *, align_start: bool = False,
@@ -147,7 +140,9 @@ def write_evaluation(
     evaluation: Evaluation, path: Path, *, source: str, ground_truth: str,
 ) -> None:
     """Write the scores as JSON; docs/reference/files.md lists the keys."""
-    content = {'source': source, 'ground_truth': ground_truth, **evaluation.as_dict()}
+    content = {'source': source, 'ground_truth': ground_truth, **asdict(evaluation)}
+    of_the_path = content.pop('path_errors')
+    content |= {'scored_in': 'plane', **of_the_path}
     path.write_text(json.dumps(content, indent=2) + '\n', encoding='utf-8')
 
 

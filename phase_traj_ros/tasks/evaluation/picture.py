@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import Axes, LengthUnit, to_axes
-from phase_traj_ros.io.results.figures import new_figure, save
+from phase_traj_ros.io.results.figures import draw_path, new_figure, save
 from phase_traj_ros.io.results.palette import LIGHT
 from phase_traj_ros.tasks.evaluation.evaluate import Evaluation, PathErrors
-from phase_traj_ros.tasks.evaluation.matched_truth import MatchedTruth
+from phase_traj_ros.tasks.evaluation.ground_truth import MatchedTruth
 from phase_traj_ros.tasks.evaluation.replayed_drive import ReplayedDrive
 from phase_traj_ros.tasks.evaluation.scores import aligned, true_turns
 
@@ -69,14 +69,7 @@ def _draw_path(
     shown = to_axes(points, Axes.FIGURE)
     fitted = to_axes(aligned(true, points, scaled=scaled), Axes.FIGURE)
     plot.plot(fitted[:, 0], fitted[:, 1], color=LIGHT.muted, linewidth=3, alpha=0.5)
-    plot.plot(shown[:, 0], shown[:, 1], color=LIGHT.line, linewidth=2, solid_capstyle='round')
-    plot.plot(*shown[0], 'o', color=LIGHT.ink)
-    plot.plot(*shown[-1], 's', color=LIGHT.accent)
-    plot.set_aspect('equal', adjustable='datalim')
-    plot.set_title(title, loc='left', fontsize=9)
-    plot.grid(color=LIGHT.muted, alpha=0.3)
-    plot.tick_params(labelsize=8)
-    plot.margins(0.15)
+    draw_path(plot, shown, shown, title)
 
 
 def _draw_headings(

@@ -5,8 +5,7 @@
 import numpy as np
 from phase_traj_ros.errors import ResultError, SourceError
 from phase_traj_ros.synthetic import poses_from_kitti
-from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
-from phase_traj_ros.tasks.evaluation.matched_truth import match
+from phase_traj_ros.tasks.evaluation.ground_truth import match, read_ground_truth
 import pytest
 
 SECOND = 10**9
