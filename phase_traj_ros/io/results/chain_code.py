@@ -4,6 +4,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
+from enum import Enum
 import json
 import math
 from pathlib import Path
@@ -14,7 +15,6 @@ import cv2
 import numpy as np
 import phase_traj_ros
 from phase_traj_ros.core import (
-    CameraInUse,
     Direction,
     LengthUnit,
     LinkCode,
@@ -37,21 +37,21 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'source': result.source,
         'frames': result.frames,
         'threshold': result.parameters.settings.threshold_set,
-        'movement': [int(code) for code in result.movement],
-        'direction': [int(code) for code in result.direction],
+        'movement': result.movement,
+        'direction': result.direction,
         'movement_runs': _pairs(result.codes.movement.runs),
         'direction_runs': _pairs(result.codes.direction.runs),
         'movement_packed': pack(result.movement).hex(),
         **({'direction_packed': pack(result.direction).hex()}
            if result.codes.directions is Direction else {}),
-        'status': [update.status.value for update in result.updates],
+        'status': [update.status for update in result.updates],
         **_reliability_content(result.reliability),
         'cuts': [update.pair for update in result.updates if update.cut],
         **_heading_content(result),
         **_mount_content(result.mounting),
-        'path_unit': result.path_unit.value,
+        'path_unit': result.path_unit,
         'frame_numbers': None if result.frame_numbers is None else list(result.frame_numbers),
-        'source_frames': asdict(result.source_frames),
+        'source_frames': result.source_frames,
         'first_stamp_ns': result.first_stamp_ns,
         'last_stamp_ns': result.updates[-1].stamp_ns,
         'dropped_frames': result.counters.dropped,
@@ -62,7 +62,7 @@ def write_chain_code(result: Replay, path: Path) -> None:
         **_way_content(result.way, result.links, unit=result.parameters.settings.length_unit),
     }
     if result.links is not None:
-        content['links'] = [int(code) for code in result.links.series]
+        content['links'] = list(result.links.series)
     write_json(content, path)
 
 
@@ -75,17 +75,17 @@ def _heading_content(result: Replay) -> dict[str, Any]:
     if not len(headings):
         return {}
     return {
-        'code_source': result.parameters.settings.code_source.value,
+        'code_source': result.parameters.settings.code_source,
         'connectivity': result.parameters.connectivity,
-        'path_from': result.parameters.settings.drawn_from.value,
+        'path_from': result.parameters.settings.drawn_from,
         'focal_px': result.focal_px,
-        'camera': _camera_content(result.camera),
+        'camera': result.camera,
         'speed': result.parameters.speed,
         'heading_deg': [
             0.0, *(round(each, 4) for each in np.degrees(headings[:, 0]).tolist())],
         'bridged_share': float(headings[:, 1].mean()),
         'turns': _turn_list(result.turns),
-        'field_of_view': None if result.field_of_view is None else asdict(result.field_of_view),
+        'field_of_view': result.field_of_view,
     }
 
 
@@ -94,14 +94,13 @@ def chain_code_of(
 ) -> dict[str, Any]:
     """Return what is known while a drive goes on; the runs are as many as are kept."""
     codes, settings, heading = estimator.codes, estimator.settings, estimator.heading
-    view = None if heading is None else heading.camera.field_of_view
     return {
         'source': source,
         'frames': estimator.frames,
         'threshold': settings.threshold_set,
-        'code_source': settings.code_source.value,
+        'code_source': settings.code_source,
         'connectivity': settings.connectivity,
-        'path_from': settings.drawn_from.value,
+        'path_from': settings.drawn_from,
         'movement_runs': _pairs(codes.movement.runs),
         'direction_runs': _pairs(codes.direction.runs),
         'movement_totals': codes.movement.totals_of(Movement),
@@ -113,8 +112,8 @@ def chain_code_of(
             'heading_deg': math.degrees(heading.tracker.heading),
             'bridged_share': heading.tracker.bridged_share,
             'focal_px': heading.camera.focal_px,
-            'field_of_view': None if view is None else asdict(view),
-            'camera': _camera_content(heading.camera.in_use)}),
+            'field_of_view': heading.camera.field_of_view,
+            'camera': heading.camera.in_use}),
         'versions': versions(),
         **_way_content(estimator.way, estimator.links, unit=settings.length_unit),
         **_mount_content(mounting),
@@ -127,12 +126,12 @@ def _way_content(way: Way, links: LinkCode | None, *, unit: LengthUnit) -> dict[
     if way.pairs:
         content = {
             'distance': round(way.distance, 4),
-            'distance_unit': unit.value,
+            'distance_unit': unit,
             'distance_states': {state.value: count for state, count in way.states.items()}}
     if links is not None:
         content |= {
             'code_step': links.step,
-            'code_step_unit': unit.value,
+            'code_step_unit': unit,
             'links_runs': _pairs(links.series.runs),
             'links_totals': links.series.totals_of(links.directions)}
     return content
@@ -142,16 +141,11 @@ def _reliability_content(found: Reliability) -> dict[str, Any]:
     """Return the reliability of a result in the form of the files."""
     return {
         'reliable': found.reliable,
-        'reasons': list(found.words),
+        'reasons': found.reasons,
         'unreliable_spans': [
-            {'start': span.start_ns / 1e9, 'end': span.end_ns / 1e9,
-             'reasons': [reason.value for reason in span.reasons]} for span in found.spans],
+            {'start': span.start_ns / 1e9, 'end': span.end_ns / 1e9, 'reasons': span.reasons}
+            for span in found.spans],
     }
-
-
-def _camera_content(camera: CameraInUse | None) -> dict[str, Any] | None:
-    """Return the camera in use in the form of the files; None if there is none."""
-    return None if camera is None else {**asdict(camera), 'origin': camera.origin.value}
 
 
 def _mount_content(mounting: Mounting) -> dict[str, Any]:
@@ -190,10 +184,16 @@ def versions() -> dict[str, str]:
 def write_json(content: Mapping[str, object], path: Path) -> None:
     """Write an object as JSON, one line per key, so that long lists stay readable."""
     lines = ',\n'.join(
-        f'  {json.dumps(key)}: {json.dumps(value)}' for key, value in content.items())
+        f'  {json.dumps(key)}: {json.dumps(value, default=_plain)}'
+        for key, value in content.items())
     path.write_text(f'{{\n{lines}\n}}\n', encoding='utf-8')
 
 
 def _pairs(runs: Sequence[Run[Any]]) -> list[tuple[int, int]]:
     """Return runs as (code, count)."""
-    return [(int(run.code), run.count) for run in runs]
+    return [(run.code, run.count) for run in runs]
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of an enumeration or a dataclass in the form of the files."""
+    return value.value if isinstance(value, Enum) else asdict(value)
