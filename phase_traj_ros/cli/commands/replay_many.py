@@ -13,10 +13,9 @@ from phase_traj_ros.cli.report import warn
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.outputs.manifest import MANIFEST
 from phase_traj_ros.io.outputs.protected import check_directory
-from phase_traj_ros.tasks.batch.cluster import dask_executor
 from phase_traj_ros.tasks.batch.engine import Batch
+from phase_traj_ros.tasks.batch.executors import dask_executor, IsolatedProcesses
 from phase_traj_ros.tasks.batch.outcome import Outcome, Status
-from phase_traj_ros.tasks.batch.processes import IsolatedProcesses
 from phase_traj_ros.tasks.batch.request import batch_of, ReplayRequest
 from phase_traj_ros.tasks.batch.summary import (
     CSV_NAME,

@@ -11,12 +11,10 @@ import sys
 from fragile import endless, killed_always, killed_once, never_returns, VARIABLE
 from phase_traj_ros.errors import MissingDependencyError, ParameterError
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.tasks.batch import cluster
-from phase_traj_ros.tasks.batch.cluster import dask_executor
-from phase_traj_ros.tasks.batch.engine import Batch
-from phase_traj_ros.tasks.batch.notes import folder_of_notes, Note, stop_jobs, Stopped
+from phase_traj_ros.tasks.batch import executors
+from phase_traj_ros.tasks.batch.engine import Batch, folder_of_notes, Note, stop_jobs, Stopped
+from phase_traj_ros.tasks.batch.executors import dask_executor, IsolatedProcesses
 from phase_traj_ros.tasks.batch.outcome import Status
-from phase_traj_ros.tasks.batch.processes import IsolatedProcesses
 from phase_traj_ros.tasks.batch.request import batch_of, ReplayRequest
 import pytest
 from rolled import MOVEMENT, write_rolled
@@ -141,10 +139,10 @@ def test_a_replay_that_completes_while_the_batch_ends_is_told_as_complete(tmp_pa
     take = batch._take
     folder = tmp_path / 'results' / 'a'
 
-    def late(done, futures):
+    def late(done):
         if done and not batch._stopping:
             raise KeyboardInterrupt
-        take(done, futures)
+        take(done)
 
     batch._take = late
     with pytest.raises(KeyboardInterrupt):
@@ -164,7 +162,7 @@ def elsewhere(request, progress):
 
 
 def test_a_scheduler_that_ends_leaves_rows(tmp_path, marks, monkeypatch):
-    monkeypatch.setattr(cluster, '_ANSWER_S', 3)
+    monkeypatch.setattr(executors, '_ANSWER_S', 3)
     batch = Batch(jobs_for(
         tmp_path, [write_rolled(tmp_path / name) for name in ('short', 'endless')]), run=endless)
     found = local_cluster(workers=1)
@@ -221,7 +219,7 @@ def test_notes_tell_of_progress_attempts_and_the_end(tmp_path):
 
 def test_no_scheduler(monkeypatch):
     pytest.importorskip('distributed')
-    monkeypatch.setattr(cluster, '_ANSWER_S', 1)
+    monkeypatch.setattr(executors, '_ANSWER_S', 1)
     with (pytest.raises(ParameterError, match='no scheduler answers'),
           dask_executor('tcp://127.0.0.1:9')):
         pass
