@@ -21,7 +21,7 @@ from phase_traj_ros.io.messages.published import Messages
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS, Pace, Schedule
 from phase_traj_ros.io.messages.topics import DEBUG_IMAGE, pair_topics, Topic, whole_topics
 from phase_traj_ros.io.replay.run import Watcher
-from phase_traj_ros.io.results.debug_picture import draw
+from phase_traj_ros.io.results.pictures import draw
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import NODE_NAME
 

@@ -18,8 +18,8 @@ from phase_traj_ros.io.replay.run import Replay, replay, Watcher
 from phase_traj_ros.io.results.bag import BagSink
 from phase_traj_ros.io.results.figures import write_trajectory_picture
 from phase_traj_ros.io.results.files import write_results
+from phase_traj_ros.io.results.pictures import LeftOutPicture, Thumbnails
 from phase_traj_ros.io.results.report.report import write_report
-from phase_traj_ros.io.results.thumbnails import LeftOutPicture, Thumbnails
 from phase_traj_ros.io.sources.base import Entry, FrameSource
 from phase_traj_ros.tasks.batch.request import ReplayRequest, REPORT
 

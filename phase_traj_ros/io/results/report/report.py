@@ -25,6 +25,7 @@ from phase_traj_ros.core.codes.freeman import to_four
 from phase_traj_ros.io.replay.overview import LOW_RESPONSE, Overview, overview, TurnMark
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.chain_code import versions
+from phase_traj_ros.io.results.pictures import Thumbnail
 from phase_traj_ros.io.results.report.page import (
     Cell,
     data_uri,
@@ -35,7 +36,6 @@ from phase_traj_ros.io.results.report.page import (
     template,
     write_page,
 )
-from phase_traj_ros.io.results.thumbnails import Thumbnail
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import Parameters, specs
 
