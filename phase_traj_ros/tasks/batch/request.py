@@ -152,11 +152,11 @@ def folder_names(sources: Iterable[Path], *, taken: Sequence[str] = ()) -> list[
     """
     # With a name also for '.' and '..'.
     places = [Path(os.path.abspath(source)) for source in sources]
-    often = Counter(_name_of(place).lower() for place in places)
+    stems = [_clean(place.name if place.is_dir() else place.stem) for place in places]
+    often = Counter(stem.lower() for stem in stems)
     used = {name.lower() for name in taken}
     names = []
-    for place in places:
-        stem = _name_of(place)
+    for place, stem in zip(places, stems):
         if often[stem.lower()] > 1:
             stem = f'{_clean(place.parent.name)}-{stem}'
         name, number = stem, 1
@@ -166,10 +166,6 @@ def folder_names(sources: Iterable[Path], *, taken: Sequence[str] = ()) -> list[
         used.add(name.lower())
         names.append(name)
     return names
-
-
-def _name_of(place: Path) -> str:
-    return _clean(place.name if place.is_dir() else place.stem)
 
 
 def _clean(name: str) -> str:

@@ -15,7 +15,6 @@ from phase_traj_ros.core import (
     Axes,
     CodeSeries,
     CodeSource,
-    Direction,
     Freeman,
     Movement,
     normalised,
@@ -27,7 +26,6 @@ from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.chain_code import versions
 from phase_traj_ros.io.results.pictures import Thumbnail
 from phase_traj_ros.io.results.report.page import (
-    Cell,
     data_uri,
     filled,
     Markup,
@@ -99,15 +97,14 @@ def _turns(turns: Sequence[TurnMark]) -> Markup:
         return Markup('<p class="note">The codes contain no turn.</p>')
     measured = any(turn.angle_deg is not None for turn in turns)
     head = ['turn', 'side', 'from (s)', 'to (s)', 'frames', *['angle'] * measured, '']
-    rows: list[list[Cell]] = []
+    rows = []
     for index, turn in enumerate(turns):
-        row: list[Cell] = [
+        angle = '' if turn.angle_deg is None else f'{turn.angle_deg:+.1f}°'
+        rows.append([
             Markup(f'<button type="button" data-turn="{index}">{turn.number}</button>'),
             turn.side.label, f'{turn.start_s:.2f}', f'{turn.end_s:.2f}',
-            f'{turn.pair} to {turn.end_pair + 1}']
-        if measured:
-            row.append('' if turn.angle_deg is None else f'{turn.angle_deg:+.1f}°')
-        rows.append([*row, Markup(f'<span data-strip="{index}"></span>')])
+            f'{turn.pair} to {turn.end_pair + 1}', *[angle] * measured,
+            Markup(f'<span data-strip="{index}"></span>')])
     return table(rows, head=head, numbers=(2, 3), kind='turns')
 
 
@@ -201,8 +198,10 @@ def _script_data(
     result: Replay, shown: Overview, thumbnails: Sequence[Thumbnail],
 ) -> dict[str, Any]:
     """Return what the script draws; series of codes are strings of one digit per pair."""
-    names = sorted({update.status.value for update in result.updates})
-    places = {name: place for place, name in enumerate(names)}
+    statuses = sorted({update.status.value for update in result.updates})
+    directions = sorted(result.codes.directions)
+    # A diagonal has the colour of an adjacent direction.
+    four = [to_four(code) if isinstance(code, Freeman) else code for code in directions]
     return {
         'seconds': _numbers(shown.seconds, 4),
         'dx': _numbers(shown.dx, 2),
@@ -219,10 +218,11 @@ def _script_data(
         'movement_colours': list(_MOVEMENT_COLOURS.values()),
         # The drawing is independent of the unit; normalised values need few digits.
         'path': np.round(normalised(to_axes(shown.path, Axes.FIGURE)), 4).tolist(),
-        'statuses': names,
-        'status': [places[update.status.value] for update in result.updates],
+        'statuses': statuses,
+        'status': [statuses.index(update.status.value) for update in result.updates],
         'threshold': result.parameters.settings.threshold_set,
-        **_directions(result.codes.directions),
+        'directions': [code.label for code in directions],
+        'direction_colours': [f'--{code.label}' for code in four],
         'low_response': LOW_RESPONSE,
         'turns': [{
             'number': turn.number,
@@ -232,16 +232,6 @@ def _script_data(
         } for turn in shown.turns],
         'thumbnails': [
             {'frame': each.frame, 'src': data_uri(each.jpeg, 'jpeg')} for each in thumbnails],
-    }
-
-
-def _directions(codes: type[Direction] | type[Freeman]) -> dict[str, list[str]]:
-    """Return names and colours by code; a diagonal has the colour of an adjacent direction."""
-    each = sorted(codes)
-    four = [to_four(code) if isinstance(code, Freeman) else code for code in each]
-    return {
-        'directions': [code.label for code in each],
-        'direction_colours': [f'--{code.label}' for code in four],
     }
 
 
