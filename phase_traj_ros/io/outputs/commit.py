@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Moves a set of files to their places, all of them or none."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import dataclass

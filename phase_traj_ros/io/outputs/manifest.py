@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The list of a folder's files that this package wrote."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -31,7 +29,7 @@ class Manifest:
     """SHA-256 of each file by its path in the folder, in hexadecimal."""
 
     @classmethod
-    def of(cls, folder: Path) -> Manifest:
+    def of(cls, folder: Path) -> 'Manifest':
         """Read the manifest of a folder; without one, the folder owns no files."""
         content: object = None
         with suppress(OSError, ValueError, RecursionError):
@@ -52,7 +50,7 @@ class Manifest:
         """Return the names of the owned files and folders at the top of the folder."""
         return tuple(filter(self.owns, dict.fromkeys(map(_top, self.digests))))
 
-    def followed_by(self, made: Iterable[Path], *, adds: bool) -> Manifest:
+    def followed_by(self, made: Iterable[Path], *, adds: bool) -> 'Manifest':
         """Return the manifest with new files and folders, beside the others or alone."""
         names = {path.name for path in made}
         kept = {

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The owner of all outputs of a run."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import dataclass, field
@@ -64,7 +62,7 @@ class Outputs:
     _staged: list[_Staged] = field(default_factory=list)
     _cleanup: ExitStack = field(default_factory=ExitStack)
 
-    def __enter__(self) -> Outputs:
+    def __enter__(self) -> 'Outputs':
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:

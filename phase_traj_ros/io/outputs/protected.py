@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What no output may replace: inputs of the run, and files of someone else."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable
 from contextlib import suppress
 import os

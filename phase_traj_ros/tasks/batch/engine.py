@@ -9,11 +9,9 @@ at their next frame and what is complete is kept. The engine and its jobs know o
 notes in the folder that they share.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, FIRST_COMPLETED, Future, wait
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 import shutil
 import time
@@ -110,6 +108,7 @@ class Batch:
         self._requests = tuple(requests)
         self._run = run
         self._stopping = False
+        self._futures: dict[Future[Outcome], int] = {}
         self.rows = [
             failure(request, 'not done', status=Status.INTERRUPTED) for request in requests]
         """All outcomes, in the order of the requests."""
@@ -131,29 +130,39 @@ class Batch:
             Called several times a second with the number of finished replays, including
             fractions. The number never decreases, also when a replay starts again.
 
+        Raises
+        ------
+        OutputError
+            The output folder cannot be made or written.
+
         """
         outputs = [request.output for request in self._requests if request.output is not None]
-        with folder_of_notes(outputs[0].parent) as folder:
-            notes = [Note(folder, number) for number in range(len(self._requests))]
+        # In the shared folder, so that jobs stop and report their progress in the same way in a
+        # process of this machine and on another one.
+        folder = outputs[0].parent / f'{STAGING}{uuid4().hex}'
+        with writing_to(folder.parent):
+            folder.mkdir(parents=True)
+        notes = [Note(folder, number) for number in range(len(self._requests))]
+        try:
             self._futures = {
                 executor.submit(_work, self._run, request, note): number
                 for number, (request, note) in enumerate(zip(self._requests, notes))}
-            try:
-                self._follow(notes, on_progress)
-            except BaseException:
-                with uninterrupted():
-                    self._stopping = True
-                    stop_jobs(folder)
-                    done, late = wait(self._futures, _STOP_S)
-                    self._take(done)
-                    for future in late:
-                        future.cancel()
-                raise
-            finally:
-                for output in outputs:
-                    remove_abandoned(output)
-                    with suppress(OSError):  # Only an empty folder is removed.
-                        output.rmdir()
+            self._follow(notes, on_progress)
+        except BaseException:
+            with uninterrupted():
+                self._stopping = True
+                stop_jobs(folder)
+                done, late = wait(self._futures, _STOP_S)
+                self._take(done)
+                for future in late:
+                    future.cancel()
+            raise
+        finally:
+            stop_jobs(folder)
+            for output in outputs:
+                remove_abandoned(output)
+                with suppress(OSError):  # Only an empty folder is removed.
+                    output.rmdir()
 
     def _follow(self, notes: Sequence[Note], on_progress: Callable[[float], object]) -> None:
         pending, reported = set(self._futures), 0.0
@@ -182,29 +191,6 @@ class Batch:
                 request, 'the machine that ran it does not have the output folder: the machines'
                 ' of a cluster have to share it')
         return outcome
-
-
-@contextmanager
-def folder_of_notes(root: Path) -> Iterator[Path]:
-    """
-    Make a folder for the notes of the jobs of a batch; remove it at the end, which stops them.
-
-    So jobs stop and report their progress in the same way in a process of this machine and on
-    another one.
-
-    Raises
-    ------
-    OutputError
-        The folder ``root`` cannot be made or written.
-
-    """
-    folder = root / f'{STAGING}{uuid4().hex}'
-    with writing_to(root):
-        folder.mkdir(parents=True)
-    try:
-        yield folder
-    finally:
-        stop_jobs(folder)
 
 
 def stop_jobs(folder: Path) -> None:

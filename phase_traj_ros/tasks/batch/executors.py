@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The executors of a batch: isolated processes of this machine, or a Dask cluster."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool

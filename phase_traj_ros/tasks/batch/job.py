@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Replays one source and writes the requested results."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing, ExitStack
 import ctypes

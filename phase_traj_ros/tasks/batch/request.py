@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The request for a replay: what to read, how to code it, and what to write."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace

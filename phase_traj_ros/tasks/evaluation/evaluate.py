@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scores the turns, heading, codes and path of a replay against the ground truth."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 import json

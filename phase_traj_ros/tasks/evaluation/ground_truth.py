@@ -7,8 +7,6 @@ Whatever the axes of the file, the result starts at the origin with heading 0, i
 (x forward, y left, yaw counter-clockwise) and metres.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path

@@ -20,8 +20,6 @@ from phase_traj_ros.tasks.evaluation.scores import aligned, true_turns
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Plot
 
-_UNITS = {LengthUnit.METRE: 'metres', LengthUnit.CAMERA_HEIGHT: 'camera heights'}
-
 
 def write_evaluation_picture(
     drive: ReplayedDrive, true: MatchedTruth, evaluation: Evaluation, path: Path,
@@ -36,7 +34,7 @@ def write_evaluation_picture(
     shapes, by_heading = evaluation.shape_error, drive.drawn_from_heading()
     drawn = [('drawn from the codes', drive.drawn_from_codes(), shapes.codes)]
     if drive.path is not None and drive.unit is not LengthUnit.STEP:
-        drawn.append((f'in {_UNITS[drive.unit]}', drive.path, shapes.path))
+        drawn.append((f'in {"metres" if drive.metric else drive.unit.value}', drive.path, shapes.path))
     elif by_heading is not None:
         drawn.append(('drawn from the heading', by_heading, shapes.heading))
     rows = 1 if drive.heading is None else 2
@@ -46,9 +44,11 @@ def write_evaluation_picture(
         in_metres = drive.metric and column > 0
         notes = _metric_notes(evaluation.path_errors) if in_metres else (
             [] if error is None else [f'off by {error:.1%}'])
-        _draw_path(
-            figure.add_subplot(grid[0, column]), points[true.frames], true.positions,
-            ', '.join([name, *notes]), scaled=not in_metres)
+        plot, found = figure.add_subplot(grid[0, column]), points[true.frames]
+        fitted = to_axes(aligned(true.positions, found, scaled=not in_metres), Axes.FIGURE)
+        plot.plot(fitted[:, 0], fitted[:, 1], color=LIGHT.muted, linewidth=3, alpha=0.5)
+        shown = to_axes(found, Axes.FIGURE)
+        draw_path(plot, shown, shown, ', '.join([name, *notes]))
     if drive.heading is not None:
         _draw_headings(figure.add_subplot(grid[1, :]), drive, true, drive.heading)
     save(figure, path)
@@ -59,17 +59,6 @@ def _metric_notes(errors: PathErrors) -> list[str]:
         f'{name} {value:{form}} %' for name, value, form in (
             ('distance', errors.distance_error_percent, '+.1f'),
             ('t_rel', errors.t_rel_percent, '.1f')) if value is not None]
-
-
-def _draw_path(
-    plot: Plot, points: NDArray[np.float64], true: NDArray[np.float64], title: str, *,
-    scaled: bool,
-) -> None:
-    """Draw a path (n, 2) in REP 103 axes, and the true one fitted to it."""
-    shown = to_axes(points, Axes.FIGURE)
-    fitted = to_axes(aligned(true, points, scaled=scaled), Axes.FIGURE)
-    plot.plot(fitted[:, 0], fitted[:, 1], color=LIGHT.muted, linewidth=3, alpha=0.5)
-    draw_path(plot, shown, shown, title)
 
 
 def _draw_headings(

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads the results of a replay from its directory."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 import csv

@@ -7,8 +7,6 @@ All errors are in the plane. In three dimensions each slope would count as an er
 path: a perfect one would be off by 1.4 to 2.5 %.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math

@@ -12,7 +12,7 @@ from fragile import endless, killed_always, killed_once, never_returns, VARIABLE
 from phase_traj_ros.errors import MissingDependencyError, ParameterError
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.tasks.batch import executors
-from phase_traj_ros.tasks.batch.engine import Batch, folder_of_notes, Note, stop_jobs, Stopped
+from phase_traj_ros.tasks.batch.engine import Batch, Note, stop_jobs, Stopped
 from phase_traj_ros.tasks.batch.executors import dask_executor, IsolatedProcesses
 from phase_traj_ros.tasks.batch.outcome import Status
 from phase_traj_ros.tasks.batch.request import batch_of, ReplayRequest
@@ -200,21 +200,22 @@ def test_processes_block_the_signals_from_their_first_moment(processes):
 
 
 def test_notes_tell_of_progress_attempts_and_the_end(tmp_path):
-    with folder_of_notes(tmp_path / 'new') as folder:
-        first, second = Note(folder, 0), Note(folder, 1)
-        assert [first.begin(), first.begin(), second.begin()] == [0, 1, 0]
-        assert first.fraction() == 0
-        first(2, 8)
-        assert first.fraction() == 0.25
-        Note(folder, 0)(8, 8)
-        assert first.fraction() == 0.99
-        second(3, None)
-        assert second.fraction() == 0
-        stop_jobs(folder)
-        with pytest.raises(Stopped):
-            Note(folder, 0)(3, 8)
-        with pytest.raises(Stopped):
-            first.begin()
+    folder = tmp_path / 'notes'
+    folder.mkdir()
+    first, second = Note(folder, 0), Note(folder, 1)
+    assert [first.begin(), first.begin(), second.begin()] == [0, 1, 0]
+    assert first.fraction() == 0
+    first(2, 8)
+    assert first.fraction() == 0.25
+    Note(folder, 0)(8, 8)
+    assert first.fraction() == 0.99
+    second(3, None)
+    assert second.fraction() == 0
+    stop_jobs(folder)
+    with pytest.raises(Stopped):
+        Note(folder, 0)(3, 8)
+    with pytest.raises(Stopped):
+        first.begin()
 
 
 def test_no_scheduler(monkeypatch):
