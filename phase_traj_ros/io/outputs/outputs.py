@@ -29,19 +29,15 @@ STAGING: Final = '.phase_traj-'
 
 @dataclass(frozen=True, slots=True)
 class _Staged:
-    """An output and the folder in which it is made."""
+    """An output that is being made."""
 
     folder: Path
     """Folder of the output, without symbolic links."""
-    staging: Path
+    made: Path
+    """Folder of the files and folders that are made, in a hidden one in ``folder``."""
     manifest: Manifest | None = None
     """What is there from earlier runs; None for a single file."""
     adds: bool = False
-
-    @property
-    def made(self) -> Path:
-        """Return the folder of the files and folders that are made."""
-        return self.staging / 'made'
 
 
 @dataclass(slots=True)
@@ -135,10 +131,10 @@ class Outputs:
             self._cleanup.callback(os.close, lock)
             with suppress(OSError):  # Not every file system has locks.
                 fcntl.flock(lock, fcntl.LOCK_SH)
-            staged = _Staged(folder, staging, manifest, adds)
-            self._staged.append(staged)
-            staged.made.mkdir()
-            return staged.made
+            made = staging / 'made'
+            self._staged.append(_Staged(folder, made, manifest, adds))
+            made.mkdir()
+            return made
 
     def _moves(self, each: _Staged) -> Iterator[Move]:
         with writing_to(each.folder):
@@ -156,9 +152,9 @@ class Outputs:
                     removed = [
                         name for name in each.manifest.owned
                         if name not in names and not is_input(each.folder / name, self.inputs)]
-                made.append(each.staging / MANIFEST)
+                made.append(each.made.with_name(MANIFEST))
                 each.manifest.followed_by(results, adds=each.adds).write(made[-1])
-            aside = each.staging / 'aside'
+            aside = each.made.with_name('aside')
             aside.mkdir()
             for path in made:
                 yield Move(path, each.folder / path.name, aside / path.name)

@@ -201,8 +201,13 @@ def _draw_text(picture: Picture, update: Update, unit: LengthUnit) -> None:
         f'movement {int(movement)} {movement.label}   direction {int(direction)}'
         f' {direction.label}   {update.status.value}',
         measured]
-    if update.travel is not None:
-        lines.append(_distance_line(update, unit))
+    travel, speed = update.travel, update.speed
+    if travel is not None and speed is None:
+        lines.append(f'distance {travel.state.value}')
+    elif travel is not None:
+        lines.append(
+            f'distance {travel.distance:.2f} +- {math.sqrt(travel.variance):.2f} {unit.value}'
+            f' {travel.state.value}   speed {speed:.2f} {unit.value}/s')
     scale = max(picture.shape[1] / 1600, 0.35)
     for index, line in enumerate(lines):
         column, row = 8, round((index + 1) * 34 * scale)
@@ -212,13 +217,3 @@ def _draw_text(picture: Picture, update: Update, unit: LengthUnit) -> None:
             cv2.putText(
                 picture, line, (column + right, row + down), cv2.FONT_HERSHEY_SIMPLEX, scale,
                 colour, 1, cv2.LINE_AA)
-
-
-def _distance_line(update: Update, unit: LengthUnit) -> str:
-    travel, speed = update.travel, update.speed
-    assert travel is not None
-    if speed is None:
-        return f'distance {travel.state.value}'
-    return (
-        f'distance {travel.distance:.2f} +- {math.sqrt(travel.variance):.2f} {unit.value}'
-        f' {travel.state.value}   speed {speed:.2f} {unit.value}/s')

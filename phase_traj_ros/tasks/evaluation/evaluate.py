@@ -68,6 +68,8 @@ class PathErrors:
 
     All but ``ate_scaled_m`` need a path in metres, and are None for any other.
 
+    scored_in
+        That the height is ignored.
     distance_error_percent
         Error of its length, negative if the path is too short.
     t_rel_percent, r_rel_deg_per_100m
@@ -78,6 +80,7 @@ class PathErrors:
         translation, and after the best fit that also scales the path.
     """
 
+    scored_in: str = 'plane'
     distance_error_percent: float | None = None
     t_rel_percent: float | None = None
     r_rel_deg_per_100m: float | None = None
@@ -139,8 +142,7 @@ def write_evaluation(
 ) -> None:
     """Write the scores as JSON; docs/reference/files.md lists the keys."""
     content = {'source': source, 'ground_truth': ground_truth, **asdict(evaluation)}
-    of_the_path = content.pop('path_errors')
-    content |= {'scored_in': 'plane', **of_the_path}
+    content |= content.pop('path_errors')
     path.write_text(json.dumps(content, indent=2) + '\n', encoding='utf-8')
 
 

@@ -34,7 +34,8 @@ def write_evaluation_picture(
     shapes, by_heading = evaluation.shape_error, drive.drawn_from_heading()
     drawn = [('drawn from the codes', drive.drawn_from_codes(), shapes.codes)]
     if drive.path is not None and drive.unit is not LengthUnit.STEP:
-        drawn.append((f'in {"metres" if drive.metric else drive.unit.value}', drive.path, shapes.path))
+        unit = 'metres' if drive.metric else drive.unit.value
+        drawn.append((f'in {unit}', drive.path, shapes.path))
     elif by_heading is not None:
         drawn.append(('drawn from the heading', by_heading, shapes.heading))
     rows = 1 if drive.heading is None else 2
