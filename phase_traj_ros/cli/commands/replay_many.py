@@ -12,7 +12,7 @@ from phase_traj_ros.cli.progress import BY_SOURCE, progress
 from phase_traj_ros.cli.report import warn
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.outputs.manifest import MANIFEST
-from phase_traj_ros.io.outputs.protected import check_directory
+from phase_traj_ros.io.outputs.outputs import check_directory
 from phase_traj_ros.tasks.batch.engine import Batch
 from phase_traj_ros.tasks.batch.executors import dask_executor, IsolatedProcesses
 from phase_traj_ros.tasks.batch.outcome import Outcome, Status

@@ -1,8 +1,8 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The owner of all outputs of a run."""
+"""The owner of all outputs of a run: it replaces neither inputs nor files of someone else."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import dataclass, field
 import fcntl
@@ -13,15 +13,9 @@ import shutil
 import tempfile
 from typing import Final
 
-from phase_traj_ros.errors import OutputError
+from phase_traj_ros.errors import ForeignFileError, OutputError
 from phase_traj_ros.io.outputs.commit import commit, Move, uninterrupted, writing_to
 from phase_traj_ros.io.outputs.manifest import MANIFEST, Manifest
-from phase_traj_ros.io.outputs.protected import (
-    check_directory,
-    is_input,
-    refuse_foreign,
-    refuse_inputs,
-)
 
 STAGING: Final = '.phase_traj-'
 """Beginning of the names of the folders for unfinished outputs."""
@@ -89,8 +83,7 @@ class Outputs:
             the names that no earlier run wrote.
 
         """
-        manifest = check_directory(
-            target, names=names, inputs=self.inputs, force=self.force)
+        manifest = check_directory(target, names=names, inputs=self.inputs, force=self.force)
         return self._stage(target, manifest.folder, manifest, adds=adds)
 
     def file(self, target: Path) -> Path:
@@ -111,7 +104,7 @@ class Outputs:
                 raise OutputError(
                     f'cannot write {target}: it is a device or a pipe, not a file: choose'
                     ' another place')
-            refuse_inputs(place, target, self.inputs)
+            _refuse_inputs(place, target, self.inputs)
         return self._stage(target, place.parent) / place.name
 
     def _stage(
@@ -142,7 +135,7 @@ class Outputs:
             removed: list[str] = []
             if each.manifest is not None:
                 for path in made:
-                    refuse_foreign(each.manifest, path.name, force=self.force)
+                    _refuse_foreign(each.manifest, path.name, force=self.force)
                 # A named file in the folder belongs to its results.
                 results = [*made, *chain.from_iterable(
                     other.made.iterdir() for other in self._staged
@@ -151,7 +144,7 @@ class Outputs:
                     names = {MANIFEST, *(path.name for path in results)}
                     removed = [
                         name for name in each.manifest.owned
-                        if name not in names and not is_input(each.folder / name, self.inputs)]
+                        if name not in names and not _is_input(each.folder / name, self.inputs)]
                 made.append(each.made.with_name(MANIFEST))
                 each.manifest.followed_by(results, adds=each.adds).write(made[-1])
             aside = each.made.with_name('aside')
@@ -197,6 +190,32 @@ def output_directory(
         yield outputs.directory(target, names=names, adds=adds)
 
 
+def check_directory(
+    target: Path, *, names: Iterable[str], inputs: Collection[Path] = (), force: bool = False,
+) -> Manifest:
+    """
+    Check that files of these names may be written into the folder ``target``.
+
+    Return what earlier runs wrote there.
+
+    Raises
+    ------
+    OutputError
+        The folder is an input or lies in one, or contains a file of one of the names that no
+        earlier run wrote.
+
+    """
+    with writing_to(target):
+        folder = Path(os.path.realpath(target))
+        _refuse_inputs(folder, target, inputs)
+        manifest = Manifest.of(folder)
+        for name in (*names, MANIFEST):
+            if _is_input(folder / name, inputs):
+                raise OutputError(f'{target / name} is an input: choose another output')
+            _refuse_foreign(manifest, name, force=force)
+        return manifest
+
+
 def remove_abandoned(folder: Path) -> None:
     """Remove what killed runs left in a folder, unless earlier results were moved into it."""
     for staging in folder.glob(f'{STAGING}*'):
@@ -214,3 +233,47 @@ def remove_abandoned(folder: Path) -> None:
 def _remove_if_empty(folder: Path) -> None:
     with suppress(OSError):
         folder.rmdir()
+
+
+def _refuse_inputs(place: Path, target: Path, inputs: Collection[Path]) -> None:
+    """Raise OutputError if ``target``, with the real path ``place``, is or lies in an input."""
+    links = (link for each in inputs if each.is_dir() for link in each.iterdir())
+    # The pictures of a sequence may be elsewhere.
+    read = _identities([*inputs, *(link for link in links if link.is_symlink())])
+    if read & _identities([place]):
+        raise OutputError(f'{target} is an input: choose another output')
+    for folder in place.parents:
+        if read & _identities([folder]):
+            raise OutputError(
+                f'{target} lies in the input {folder}, and would become a part of it: choose'
+                ' another output')
+
+
+def _is_input(path: Path, inputs: Iterable[Path]) -> bool:
+    """Return whether a file or folder is one of the inputs, under whatever name."""
+    return bool(_identities([path]) & _identities(inputs))
+
+
+def _identities(paths: Iterable[Path]) -> set[tuple[int, int]]:
+    """Return what tells files and folders from others, whatever their names."""
+    found = set()
+    for path in paths:
+        with suppress(OSError):  # Of what is absent, there is nothing to tell.
+            status = path.stat()
+            found.add((status.st_dev, status.st_ino))
+    return found
+
+
+def _refuse_foreign(manifest: Manifest, name: str, *, force: bool) -> None:
+    """Raise ForeignFileError if no earlier run wrote the file, or OutputError for a folder."""
+    path = manifest.folder / name
+    if not os.path.lexists(path) or manifest.owns(name):
+        return
+    if path.is_dir() and not path.is_symlink():
+        raise OutputError(
+            f'{path} is a folder that no earlier run wrote: move it away, or choose another'
+            ' output')
+    if not force:
+        raise ForeignFileError(
+            f'{path} was not written by an earlier run, or was changed since: move it away, or'
+            ' choose another output')

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.outputs.protected import check_directory
+from phase_traj_ros.io.outputs.outputs import check_directory
 from phase_traj_ros.io.results.bag import SUFFIX
 from phase_traj_ros.io.results.files import RESULT_NAMES
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, FrameSource

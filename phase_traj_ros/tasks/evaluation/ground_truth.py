@@ -87,8 +87,7 @@ def read_ground_truth(path: Path) -> GroundTruth:
         The file cannot be read, or has another format, or times.txt has another length.
 
     """
-    times, values = _read(path)
-    stamps_ns = None if times is None else _rising(path, times)
+    stamps_ns, values = _read(path)
     rotations: NDArray[np.float64]
     if values.shape[1] == _TUM_COLUMNS - 1:
         rotations, places = _from_quaternions(path, values[:, 3:]), values[:, :3]
@@ -178,7 +177,7 @@ def _read(path: Path) -> tuple[NDArray[np.int64] | None, NDArray[np.float64]]:
         raise SourceError(f'{path} holds something else than poses: {error}') from None
     if not np.isfinite(values).all():
         raise SourceError(f'{path} holds NaN or infinity')
-    return times, values
+    return None if times is None else _rising(path, times), values
 
 
 def _rising(path: Path, stamps: NDArray[np.int64]) -> NDArray[np.int64]:
