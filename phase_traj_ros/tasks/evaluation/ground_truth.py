@@ -47,10 +47,6 @@ class GroundTruth:
     positions: NDArray[np.float64]
     stamps_ns: NDArray[np.int64] | None = None
 
-    def __len__(self) -> int:
-        """Return the number of poses."""
-        return len(self.headings)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MatchedTruth:
@@ -136,7 +132,7 @@ def match(
     """
     if truth.stamps_ns is None:
         frames = np.arange(len(stamps_ns))
-        poses = _poses_of(len(truth), len(stamps_ns), numbers, counts)
+        poses = _poses_of(len(truth.headings), len(stamps_ns), numbers, counts)
         headings, positions = truth.headings[poses], truth.positions[poses]
     else:
         given = truth.stamps_ns

@@ -20,10 +20,7 @@ class Markup(str):
     """Text that is HTML already; any other text is escaped."""
 
 
-Cell = str | Markup
-
-
-def html_of(cell: Cell) -> str:
+def html_of(cell: str) -> str:
     """Return a cell as HTML."""
     return cell if isinstance(cell, Markup) else escape(cell)
 
@@ -34,17 +31,17 @@ def template(name: str) -> str:
     return templates.joinpath(name).read_text(encoding='utf-8')
 
 
-def filled(page: str, values: Mapping[str, Cell]) -> Markup:
+def filled(page: str, values: Mapping[str, str]) -> Markup:
     """Return a template with each {{name}} replaced; the inserted values are not expanded."""
     return Markup(_TOKEN.sub(lambda match: html_of(values[match[1]]), page))
 
 
 def table(
-    rows: Iterable[Sequence[Cell]], *, head: Sequence[str] = (), numbers: Sequence[int] = (),
+    rows: Iterable[Sequence[str]], *, head: Sequence[str] = (), numbers: Sequence[int] = (),
     kind: str = '',
 ) -> Markup:
     """Return a table; the columns ``numbers`` are aligned to the right."""
-    def cells(row: Sequence[Cell], tag: str) -> str:
+    def cells(row: Sequence[str], tag: str) -> str:
         return ''.join(
             f'<{tag}{" class=number" if index in numbers else ""}>{html_of(cell)}</{tag}>'
             for index, cell in enumerate(row))
