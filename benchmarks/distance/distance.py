@@ -33,8 +33,12 @@ from phase_traj_ros.core import (
     PathSource,
     TrajectoryEstimator,
 )
-from phase_traj_ros.tasks.evaluation.odometry_errors import distance_error, relative_errors
-from phase_traj_ros.tasks.evaluation.scores import shape_error, way_along
+from phase_traj_ros.tasks.evaluation.scores import (
+    distance_error,
+    relative_errors,
+    shape_error,
+    way_along,
+)
 
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'distance.md'
 _KEPT = ROOT / 'out' / 'distance'

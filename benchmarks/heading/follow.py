@@ -12,7 +12,7 @@ from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
-from phase_traj_ros.tasks.evaluation.matched_truth import MatchedTruth
+from phase_traj_ros.tasks.evaluation.ground_truth import MatchedTruth
 from phase_traj_ros.tasks.evaluation.scores import (
     heading_error,
     HeadingError,

@@ -11,7 +11,6 @@ import tempfile
 
 from phase_traj_ros.errors import message_of, OutputError
 from phase_traj_ros.io.outputs.commit import writing_to
-from phase_traj_ros.io.results.figures import require_matplotlib
 from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.ros.entities import Entities
@@ -40,8 +39,6 @@ class Saving:
         ------
         OutputError
             ``output_dir`` cannot be written.
-        MissingDependencyError
-            matplotlib is not installed.
 
         """
         self._node = node
@@ -49,7 +46,6 @@ class Saving:
         self._folders: DriveFolders | None = None
         self._folder: Path | None = None
         if output_dir:
-            require_matplotlib()
             self._folders = DriveFolders(user_path(output_dir), node.get_fully_qualified_name())
         # Drawing takes some tenths of a second. Images must not queue up meanwhile.
         self._writer = ThreadPoolExecutor(max_workers=1)

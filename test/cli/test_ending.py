@@ -46,7 +46,7 @@ def replay(drive, *arguments):
 
 def stopped_at(number, drive, tmp_path, monkeypatch, capfd):
     """Run a replay that gets the signal while it works; return its status and its error."""
-    from phase_traj_ros.io.results.thumbnails import Thumbnails
+    from phase_traj_ros.io.results.pictures import Thumbnails
     add, count = Thumbnails.add, iter(range(10**6))
 
     def signalled(self, *arguments):

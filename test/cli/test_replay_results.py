@@ -188,8 +188,8 @@ def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch, capsys):
     sources = [pictures(tmp_path / name) for name in ('a', 'b')]
     take = Batch._take
 
-    def interrupted(batch, done, futures):
-        take(batch, done, futures)
+    def interrupted(batch, done):
+        take(batch, done)
         if done and not batch._stopping:
             raise KeyboardInterrupt
 

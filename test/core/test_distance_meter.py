@@ -34,7 +34,7 @@ from phase_traj_ros.synthetic import (
     Straight,
 )
 from phase_traj_ros.synthetic.degradations import encoded, sensor_noise
-from phase_traj_ros.tasks.evaluation.odometry_errors import distance_error
+from phase_traj_ros.tasks.evaluation.scores import distance_error
 import pytest
 
 S = 10**9

@@ -18,7 +18,6 @@ from phase_traj_ros.errors import MissingDependencyError, ResultError
 from phase_traj_ros.io.messages.published import TEXT_RUNS
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.results.figures import require_matplotlib
 from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Drive, DRIVES, named_drive
@@ -71,7 +70,6 @@ def run(options: Namespace) -> None:
         raise MissingDependencyError(
             f'the demo needs rclpy ({error}): source a ROS 2 installation, or install'
             ' phase_traj_ros[ros]') from None
-    require_matplotlib()
     drive = named_drive(options.drive)
     parameters = Parameters(camera_height=drive.camera.above_ground)
     if options.paper:

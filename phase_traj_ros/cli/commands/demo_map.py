@@ -11,7 +11,6 @@ from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.io.maps.write_osm import write_osm
 from phase_traj_ros.io.outputs.outputs import output_directory
-from phase_traj_ros.io.results.figures import require_matplotlib
 from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Drive, town_drive
@@ -39,7 +38,6 @@ def run_on_map(options: Namespace) -> None:
         The place is not known at the end, or it is wrong.
 
     """
-    require_matplotlib()
     drive = town_drive()
     name = f'{drive.name}_bag'
     parameters = Parameters(camera_height=drive.camera.above_ground)

@@ -10,7 +10,6 @@ from typing import Any
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.options import add_force
 from phase_traj_ros.io.outputs.outputs import output_directory
-from phase_traj_ros.io.results.figures import require_matplotlib
 from phase_traj_ros.tasks.evaluation.evaluate import (
     evaluate,
     Evaluation,
@@ -56,7 +55,6 @@ def add_parser(commands: Any) -> None:
 
 def run(options: Namespace) -> None:
     """Run the command."""
-    require_matplotlib()
     drive = read_replay(options.directory)
     evaluation, true = evaluate(
         drive, read_ground_truth(options.ground_truth), align_start=options.align_start)

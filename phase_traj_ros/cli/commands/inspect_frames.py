@@ -11,7 +11,7 @@ from phase_traj_ros.core import PhaseCorrelator
 from phase_traj_ros.errors import ForeignFileError, FrameError, OutputError, SourceError
 from phase_traj_ros.io.images.decoding import PICTURE_SUFFIXES, read_picture
 from phase_traj_ros.io.outputs.outputs import output_file
-from phase_traj_ros.io.results.figures import require_matplotlib, write_correlation_picture
+from phase_traj_ros.io.results.figures import write_correlation_picture
 
 _EPILOG = """
 dx is the displacement of the image content from A to B in pixels, positive to the right: the
@@ -44,7 +44,6 @@ def add_parser(commands: Any) -> None:
 
 def run(options: Namespace) -> None:
     """Run the command."""
-    require_matplotlib()
     for frame in (options.first, options.second):
         _require_picture(frame)
     output = _output(options)

@@ -23,8 +23,7 @@ from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_classes import Roads
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
-from phase_traj_ros.io.outputs.outputs import output_directory
-from phase_traj_ros.io.outputs.protected import check_directory
+from phase_traj_ros.io.outputs.outputs import check_directory, output_directory
 from phase_traj_ros.tasks.batch.job import replay_source
 from phase_traj_ros.tasks.location.files import CODES, LOCATION_FILES, REPORT, write_location
 from phase_traj_ros.tasks.location.odometry import DriveOdometry, odometry_of, read_odometry

@@ -12,12 +12,10 @@ from phase_traj_ros.cli.progress import BY_SOURCE, progress
 from phase_traj_ros.cli.report import warn
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.outputs.manifest import MANIFEST
-from phase_traj_ros.io.outputs.protected import check_directory
-from phase_traj_ros.io.results.figures import require_matplotlib
-from phase_traj_ros.tasks.batch.cluster import dask_executor
+from phase_traj_ros.io.outputs.outputs import check_directory
 from phase_traj_ros.tasks.batch.engine import Batch
+from phase_traj_ros.tasks.batch.executors import dask_executor, IsolatedProcesses
 from phase_traj_ros.tasks.batch.outcome import Outcome, Status
-from phase_traj_ros.tasks.batch.processes import IsolatedProcesses
 from phase_traj_ros.tasks.batch.request import batch_of, ReplayRequest
 from phase_traj_ros.tasks.batch.summary import (
     CSV_NAME,
@@ -56,7 +54,6 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
     if root is None:
         what = 'several sources need' if options.dask is None else '--dask needs'
         raise ParameterError(f'{what} --output DIR, with a folder for each source')
-    require_matplotlib()
     if options.dask is not None:
         # The workers have other working directories.
         root, sources = root.absolute(), [source.absolute() for source in sources]

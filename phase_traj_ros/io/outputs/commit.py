@@ -2,10 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Moves a set of files to their places, all of them or none."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import dataclass
 import os
 from pathlib import Path
@@ -71,41 +69,28 @@ def commit(moves: Iterable[Move]) -> None:
     """
     Carry out all moves; if one fails, take the others back.
 
-    Each file is replaced in one step, so a reader finds either the old or the new one.
-
     Raises
     ------
     OutputError
         A file cannot be moved to its place. Everything is as before.
 
     """
-    undo: list[Callable[[], object]] = []
-    try:
+    with ExitStack() as undo:
         for move in moves:
             with writing_to(move.target):
                 _carry_out(move, undo)
-    except BaseException:
-        for step in reversed(undo):
-            with suppress(OSError):
-                step()
-        raise
+        undo.pop_all()
 
 
-def _carry_out(move: Move, undo: list[Callable[[], object]]) -> None:
+def _carry_out(move: Move, undo: ExitStack) -> None:
     if os.path.lexists(move.target):
-        if move.staged is None or not _linked(move.target, move.aside):
-            move.target.rename(move.aside)
-        undo.append(lambda: move.aside.replace(move.target))
+        move.target.rename(move.aside)
+        undo.callback(_move_back, move.aside, move.target)
     if move.staged is not None:
-        staged = move.staged
-        staged.replace(move.target)
-        undo.append(lambda: move.target.rename(staged))
+        move.staged.replace(move.target)
+        undo.callback(_move_back, move.target, move.staged)
 
 
-def _linked(path: Path, other: Path) -> bool:
-    """Return whether ``other`` has become a second name of a file; not on every file system."""
-    try:
-        os.link(path, other, follow_symlinks=False)
-    except OSError:
-        return False
-    return True
+def _move_back(path: Path, origin: Path) -> None:
+    with suppress(OSError):
+        path.replace(origin)

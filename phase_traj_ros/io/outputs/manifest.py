@@ -2,21 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The list of a folder's files that this package wrote."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 import hashlib
 from itertools import chain
 import json
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import phase_traj_ros
 
 MANIFEST: Final = 'manifest.json'
-
-_PROGRAM = 'phase_traj_ros'
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,14 +29,15 @@ class Manifest:
     """SHA-256 of each file by its path in the folder, in hexadecimal."""
 
     @classmethod
-    def of(cls, folder: Path) -> Manifest:
+    def of(cls, folder: Path) -> 'Manifest':
         """Read the manifest of a folder; without one, the folder owns no files."""
-        found = _content(folder / MANIFEST)
-        listed = found.get('files')
-        if found.get('program') != _PROGRAM or not isinstance(listed, dict):
-            return cls(folder)
-        digests = {name: found for name, found in listed.items() if isinstance(found, str)}
-        return cls(folder, {**digests, MANIFEST: _digest(folder / MANIFEST)})
+        content: object = None
+        with suppress(OSError, ValueError, RecursionError):
+            content = json.loads((folder / MANIFEST).read_text(encoding='utf-8'))
+        match content:
+            case {'program': 'phase_traj_ros', 'files': dict(listed)}:
+                return cls(folder, {**listed, MANIFEST: _digest(folder / MANIFEST)})
+        return cls(folder)
 
     def owns(self, name: str) -> bool:
         """Return whether a file, or all files of a folder, are still as they were written."""
@@ -52,7 +50,7 @@ class Manifest:
         """Return the names of the owned files and folders at the top of the folder."""
         return tuple(filter(self.owns, dict.fromkeys(map(_top, self.digests))))
 
-    def followed_by(self, made: Iterable[Path], *, adds: bool) -> Manifest:
+    def followed_by(self, made: Iterable[Path], *, adds: bool) -> 'Manifest':
         """Return the manifest with new files and folders, beside the others or alone."""
         names = {path.name for path in made}
         kept = {
@@ -64,7 +62,7 @@ class Manifest:
         """Write the manifest as JSON."""
         files = {name: found for name, found in sorted(self.digests.items()) if name != MANIFEST}
         path.write_text(json.dumps({
-            'program': _PROGRAM, 'version': phase_traj_ros.__version__, 'files': files,
+            'program': 'phase_traj_ros', 'version': phase_traj_ros.__version__, 'files': files,
         }, indent=2) + '\n', encoding='utf-8')
 
 
@@ -90,12 +88,3 @@ def _digest(path: Path) -> str:
         while block := file.read(1 << 20):
             digest.update(block)
     return digest.hexdigest()
-
-
-def _content(path: Path) -> dict[str, Any]:
-    """Return the JSON object of a file; empty if it holds none."""
-    try:
-        found = json.loads(path.read_text(encoding='utf-8')) if path.is_file() else None
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return found if isinstance(found, dict) else {}

@@ -1,11 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The owner of all outputs of a run."""
+"""The owner of all outputs of a run: it replaces neither inputs nor files of someone else."""
 
-from __future__ import annotations
-
-from collections.abc import Collection, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import dataclass, field
 import fcntl
 from itertools import chain
@@ -13,19 +11,11 @@ import os
 from pathlib import Path
 import shutil
 import tempfile
-from types import TracebackType
 from typing import Final
 
-from phase_traj_ros.errors import OutputError
+from phase_traj_ros.errors import ForeignFileError, OutputError
 from phase_traj_ros.io.outputs.commit import commit, Move, uninterrupted, writing_to
 from phase_traj_ros.io.outputs.manifest import MANIFEST, Manifest
-from phase_traj_ros.io.outputs.protected import (
-    check_directory,
-    is_input,
-    real,
-    refuse_foreign,
-    refuse_inputs,
-)
 
 STAGING: Final = '.phase_traj-'
 """Beginning of the names of the folders for unfinished outputs."""
@@ -33,20 +23,15 @@ STAGING: Final = '.phase_traj-'
 
 @dataclass(frozen=True, slots=True)
 class _Staged:
-    """An output and the folder in which it is made."""
+    """An output that is being made."""
 
     folder: Path
     """Folder of the output, without symbolic links."""
-    staging: Path
-    lock: int
-    """Descriptor that tells other runs that this one lives."""
+    made: Path
+    """Folder of the files and folders that are made, in a hidden one in ``folder``."""
     manifest: Manifest | None = None
     """What is there from earlier runs; None for a single file."""
     adds: bool = False
-
-    def made(self) -> list[Path]:
-        """Return the files and folders that were made."""
-        return sorted((self.staging / 'made').iterdir())
 
 
 @dataclass(slots=True)
@@ -64,31 +49,16 @@ class Outputs:
     """Files and folders that the run reads: no output may be one of them or lie in one."""
     force: bool = False
     """Whether files in output folders are replaced that no earlier run wrote."""
-    batch: str = ''
-    """Name of the batch of which the run is a part; see ``remove_staging``."""
     _staged: list[_Staged] = field(default_factory=list)
-    _created: list[Path] = field(default_factory=list)
+    _cleanup: ExitStack = field(default_factory=ExitStack)
 
-    def __enter__(self) -> Outputs:
+    def __enter__(self) -> 'Outputs':
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        with uninterrupted():
-            try:
-                if kind is None:
-                    self._commit()
-                    self._created.clear()
-            finally:
-                for each in self._staged:
-                    shutil.rmtree(each.staging, ignore_errors=True)
-                    os.close(each.lock)
-                # Bottom up, as long as nothing else was written into them.
-                with suppress(OSError):
-                    for folder in reversed(self._created):
-                        folder.rmdir()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        with uninterrupted(), self._cleanup:
+            if kind is None:
+                commit([move for each in self._staged for move in self._moves(each)])
 
     def directory(
         self, target: Path, *, names: Collection[str] = (), adds: bool = False,
@@ -113,8 +83,7 @@ class Outputs:
             the names that no earlier run wrote.
 
         """
-        manifest = check_directory(
-            target, names=names, inputs=self.inputs, force=self.force)
+        manifest = check_directory(target, names=names, inputs=self.inputs, force=self.force)
         return self._stage(target, manifest.folder, manifest, adds=adds)
 
     def file(self, target: Path) -> Path:
@@ -128,14 +97,14 @@ class Outputs:
 
         """
         with writing_to(target):
-            place = real(target)
+            place = Path(os.path.realpath(target))
             if target.is_dir():
                 raise OutputError(f'cannot write {target}: it is a directory')
             if target.exists() and not target.is_file():
                 raise OutputError(
                     f'cannot write {target}: it is a device or a pipe, not a file: choose'
                     ' another place')
-            refuse_inputs(place, target, self.inputs)
+            _refuse_inputs(place, target, self.inputs)
         return self._stage(target, place.parent) / place.name
 
     def _stage(
@@ -146,54 +115,48 @@ class Outputs:
             missing = [each for each in (folder, *folder.parents) if not each.exists()]
             for each in reversed(missing):
                 each.mkdir(exist_ok=True)
-                self._created.append(each)
-            _remove_abandoned(folder)
-            staging = Path(tempfile.mkdtemp(prefix=f'{STAGING}{self.batch}', dir=folder))
+                self._cleanup.callback(_remove_if_empty, each)
+            remove_abandoned(folder)
+            staging = Path(tempfile.mkdtemp(prefix=STAGING, dir=folder))
+            self._cleanup.callback(shutil.rmtree, staging, ignore_errors=True)
+            # Tells other runs that this one lives.
             lock = os.open(staging, os.O_RDONLY)
-            self._staged.append(_Staged(folder, staging, lock, manifest, adds))
+            self._cleanup.callback(os.close, lock)
             with suppress(OSError):  # Not every file system has locks.
                 fcntl.flock(lock, fcntl.LOCK_SH)
             made = staging / 'made'
+            self._staged.append(_Staged(folder, made, manifest, adds))
             made.mkdir()
             return made
 
-    def _commit(self) -> None:
-        """Move everything to its place."""
-        moves: list[Move] = []
-        for each in self._staged:
-            with writing_to(each.folder):
-                moves += self._moves(each)
-        commit(moves)
-
     def _moves(self, each: _Staged) -> Iterator[Move]:
-        made = each.made()
-        removed: list[str] = []
-        if each.manifest is not None:
+        with writing_to(each.folder):
+            made = sorted(each.made.iterdir())
+            removed: list[str] = []
+            if each.manifest is not None:
+                for path in made:
+                    _refuse_foreign(each.manifest, path.name, force=self.force)
+                # A named file in the folder belongs to its results.
+                results = [*made, *chain.from_iterable(
+                    other.made.iterdir() for other in self._staged
+                    if other.manifest is None and other.folder == each.folder)]
+                if not each.adds:
+                    names = {MANIFEST, *(path.name for path in results)}
+                    removed = [
+                        name for name in each.manifest.owned
+                        if name not in names and not _is_input(each.folder / name, self.inputs)]
+                made.append(each.made.with_name(MANIFEST))
+                each.manifest.followed_by(results, adds=each.adds).write(made[-1])
+            aside = each.made.with_name('aside')
+            aside.mkdir()
             for path in made:
-                refuse_foreign(each.manifest, path.name, force=self.force)
-            # A named file in the folder belongs to its results.
-            results = [*made, *chain.from_iterable(
-                other.made() for other in self._staged
-                if other.manifest is None and other.folder == each.folder)]
-            if not each.adds:
-                names = {MANIFEST, *(path.name for path in results)}
-                removed = [
-                    name for name in each.manifest.owned
-                    if name not in names and not is_input(each.folder / name, self.inputs)]
-            made.append(each.staging / MANIFEST)
-            each.manifest.followed_by(results, adds=each.adds).write(made[-1])
-        aside = each.staging / 'aside'
-        aside.mkdir()
-        for path in made:
-            yield Move(path, each.folder / path.name, aside / path.name)
-        for name in removed:
-            yield Move(None, each.folder / name, aside / name)
+                yield Move(path, each.folder / path.name, aside / path.name)
+            for name in removed:
+                yield Move(None, each.folder / name, aside / name)
 
 
 @contextmanager
-def output_file(
-    target: Path, *, inputs: Collection[Path] = (),
-) -> Iterator[Path]:
+def output_file(target: Path, *, inputs: Collection[Path] = ()) -> Iterator[Path]:
     """
     Yield a path to write to; rename it to ``target`` after writing, or remove it on error.
 
@@ -227,15 +190,33 @@ def output_directory(
         yield outputs.directory(target, names=names, adds=adds)
 
 
-def remove_staging(folder: Path, batch: str) -> None:
-    """Remove what killed processes of a batch left in ``folder``, and the folder if empty."""
-    for staging in folder.glob(f'{STAGING}{batch}*'):
-        shutil.rmtree(staging, ignore_errors=True)
-    with suppress(OSError):
-        folder.rmdir()
+def check_directory(
+    target: Path, *, names: Iterable[str], inputs: Collection[Path] = (), force: bool = False,
+) -> Manifest:
+    """
+    Check that files of these names may be written into the folder ``target``.
+
+    Return what earlier runs wrote there.
+
+    Raises
+    ------
+    OutputError
+        The folder is an input or lies in one, or contains a file of one of the names that no
+        earlier run wrote.
+
+    """
+    with writing_to(target):
+        folder = Path(os.path.realpath(target))
+        _refuse_inputs(folder, target, inputs)
+        manifest = Manifest.of(folder)
+        for name in (*names, MANIFEST):
+            if _is_input(folder / name, inputs):
+                raise OutputError(f'{target / name} is an input: choose another output')
+            _refuse_foreign(manifest, name, force=force)
+        return manifest
 
 
-def _remove_abandoned(folder: Path) -> None:
+def remove_abandoned(folder: Path) -> None:
     """Remove what killed runs left in a folder, unless earlier results were moved into it."""
     for staging in folder.glob(f'{STAGING}*'):
         with suppress(OSError):
@@ -247,3 +228,52 @@ def _remove_abandoned(folder: Path) -> None:
                     shutil.rmtree(staging)
             finally:
                 os.close(lock)
+
+
+def _remove_if_empty(folder: Path) -> None:
+    with suppress(OSError):
+        folder.rmdir()
+
+
+def _refuse_inputs(place: Path, target: Path, inputs: Collection[Path]) -> None:
+    """Raise OutputError if ``target``, with the real path ``place``, is or lies in an input."""
+    links = (link for each in inputs if each.is_dir() for link in each.iterdir())
+    # The pictures of a sequence may be elsewhere.
+    read = _identities([*inputs, *(link for link in links if link.is_symlink())])
+    if read & _identities([place]):
+        raise OutputError(f'{target} is an input: choose another output')
+    for folder in place.parents:
+        if read & _identities([folder]):
+            raise OutputError(
+                f'{target} lies in the input {folder}, and would become a part of it: choose'
+                ' another output')
+
+
+def _is_input(path: Path, inputs: Iterable[Path]) -> bool:
+    """Return whether a file or folder is one of the inputs, under whatever name."""
+    return bool(_identities([path]) & _identities(inputs))
+
+
+def _identities(paths: Iterable[Path]) -> set[tuple[int, int]]:
+    """Return what tells files and folders from others, whatever their names."""
+    found = set()
+    for path in paths:
+        with suppress(OSError):  # Of what is absent, there is nothing to tell.
+            status = path.stat()
+            found.add((status.st_dev, status.st_ino))
+    return found
+
+
+def _refuse_foreign(manifest: Manifest, name: str, *, force: bool) -> None:
+    """Raise ForeignFileError if no earlier run wrote the file, or OutputError for a folder."""
+    path = manifest.folder / name
+    if not os.path.lexists(path) or manifest.owns(name):
+        return
+    if path.is_dir() and not path.is_symlink():
+        raise OutputError(
+            f'{path} is a folder that no earlier run wrote: move it away, or choose another'
+            ' output')
+    if not force:
+        raise ForeignFileError(
+            f'{path} was not written by an earlier run, or was changed since: move it away, or'
+            ' choose another output')

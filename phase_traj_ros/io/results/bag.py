@@ -5,11 +5,12 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, ExitStack
 from pathlib import Path
-import shutil
 import statistics
+from tempfile import TemporaryDirectory
+from types import TracebackType
 from typing import Any, Final, TYPE_CHECKING
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
@@ -20,7 +21,7 @@ from phase_traj_ros.io.messages.published import Messages
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS, Pace, Schedule
 from phase_traj_ros.io.messages.topics import DEBUG_IMAGE, pair_topics, Topic, whole_topics
 from phase_traj_ros.io.replay.run import Watcher
-from phase_traj_ros.io.results.debug_picture import draw
+from phase_traj_ros.io.results.pictures import draw
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import NODE_NAME
 
@@ -75,32 +76,30 @@ class BagSink(Watcher):
         self._parameters = mounting.parameters
         self._source = source
         self._debug_images = debug_images
-        self._file: _BagFile | None = None
+        self._bag = ExitStack()
 
     def __enter__(self) -> BagSink:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if self._file is None:
-            return
-        if kind is not None:
-            self._file.discard()
-            return
-        last_ns = self._estimator.last_stamp_ns or 0
-        self._write_whole(self._schedule.take(last_ns, rest=True), last_ns)
-        if self._diagnosed.pending:
-            self._write_diagnostics(last_ns)
-        self._file.complete()
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if kind is None:
+            last_ns = self._estimator.last_stamp_ns or 0
+            self._write_whole(self._schedule.take(last_ns, rest=True), last_ns)
+            if self._diagnosed.pending:
+                self._write_diagnostics(last_ns)
+        self._bag.__exit__(kind, error, traceback)
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
-        """Start a bag; it replaces an unfinished one."""
-        if self._file is not None:
-            self._file.discard()
+        """Start a bag; it replaces the one before."""
+        self._bag.close()
         topics = [
             *pair_topics(self._parameters), *whole_topics(self._parameters),
             *([DEBUG_IMAGE] if self._debug_images else [])]
-        self._file = _BagFile(self._target, self._types, {
-            **{topic_name(topic): topic for topic in topics}, DIAGNOSTICS: _DIAGNOSTICS})
+        self._write = self._bag.enter_context(_bag(self._target, self._types, {
+            **{topic_name(topic): topic for topic in topics}, DIAGNOSTICS: _DIAGNOSTICS}))
         self._estimator = estimator
         self._schedule = Schedule(self._parameters)
         self._diagnosed = Pace(DIAGNOSTICS_PERIOD_NS)
@@ -141,17 +140,13 @@ class BagSink(Watcher):
             self._write(topic_name(DEBUG_IMAGE), stamp_ns, self._messages.image(
                 draw(frame, update, estimator), header))
 
-    def _write(self, topic: str, stamp_ns: int, message: Any) -> None:
-        assert self._file is not None
-        self._file.write(topic, stamp_ns, message)
-
     def _write_whole(self, topics: Iterable[Topic], stamp_ns: int) -> None:
         for topic in topics:
             self._write(topic_name(topic), stamp_ns, self._messages.of_all(
                 topic, self._estimator, self._parameters))
 
     def _write_diagnostics(self, stamp_ns: int) -> None:
-        response = statistics.median(self._responses) if self._responses else 0.0
+        response = statistics.median(self._responses or [0.0])
         images = Report(Level.OK, 'receiving images', {
             'topic': self._source, 'images': str(self._estimator.counters.frames)})
         measured = self._measured.report(self._estimator, response)
@@ -161,40 +156,32 @@ class BagSink(Watcher):
         self._diagnosed.sent(stamp_ns)
 
 
-class _BagFile:
-    """A bag with a single file."""
-
-    def __init__(self, target: Path, types: Any, topics: Mapping[str, Topic]) -> None:
-        from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-        self.types = types
-        self._target = target
-        # rosbags makes a directory, and a file of the same name in it.
-        self._parts = target.parent / f'.{target.name}.parts'
-        self._writer = Writer(
-            self._parts / target.stem, version=9, storage_plugin=StoragePlugin.MCAP)
+@contextmanager
+def _bag(
+    target: Path, types: Any, topics: Mapping[str, Topic],
+) -> Iterator[Callable[[str, int, Any], None]]:
+    """Yield a function that writes a message, with its topic and stamp, to a bag of one file."""
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+    # rosbags makes a directory, and a file of the same name in it. Only the file is kept: it is
+    # complete without the metadata of the directory.
+    with TemporaryDirectory(dir=target.parent) as parts:
+        directory = Path(parts) / target.stem
+        writer = Writer(directory, version=9, storage_plugin=StoragePlugin.MCAP)
         # Consecutive paths are nearly equal, so compression is effective.
-        self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-        self._writer.open()
-        self._connections = {
-            name: self._writer.add_connection(
-                name, topic.type, typestore=types,
-                offered_qos_profiles=[_qos(latched=topic.latched)])
-            for name, topic in topics.items()}
+        writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        with writer:
+            connections = {
+                name: writer.add_connection(
+                    name, topic.type, typestore=types,
+                    offered_qos_profiles=[_qos(latched=topic.latched)])
+                for name, topic in topics.items()}
 
-    def write(self, topic: str, stamp_ns: int, message: Any) -> None:
-        data = self.types.serialize_cdr(message, message.__msgtype__)
-        self._writer.write(self._connections[topic], stamp_ns, data)
+            def write(topic: str, stamp_ns: int, message: Any) -> None:
+                data = types.serialize_cdr(message, message.__msgtype__)
+                writer.write(connections[topic], stamp_ns, data)
 
-    def complete(self) -> None:
-        self._writer.close()
-        # Only the file is kept: it is complete without the metadata of the directory.
-        (self._parts / self._target.stem / self._target.name).replace(self._target)
-        shutil.rmtree(self._parts)
-
-    def discard(self) -> None:
-        with suppress(OSError):
-            self._writer.close()
-        shutil.rmtree(self._parts, ignore_errors=True)
+            yield write
+        (directory / target.name).replace(target)
 
 
 def _types() -> Any:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib.util import find_spec
+import math
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import Axes, Movement, normalised, Shift, to_axes
 from phase_traj_ros.core.codes.codes import Code
-from phase_traj_ros.errors import MissingDependencyError, OutputError
+from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.replay.overview import (
     extremes,
@@ -60,7 +60,9 @@ def write_trajectory_picture(result: Replay, path: Path) -> None:
     plots = figure.subplot_mosaic(
         [['path', row] for row in rows], width_ratios=(1, 1.5),
         height_ratios=(1.5, *[1] * (len(rows) - 1)), gridspec_kw=margins)
-    _draw_trajectory(plots.pop('path'), shown.path, shown.turns)
+    # With more numbers, they overlap.
+    numbered = shown.turns[::math.ceil(len(shown.turns) / _NUMBERED) or 1]
+    _draw_trajectory(plots.pop('path'), shown.path, numbered)
     _draw_shift(plots['shift'], shown, result.parameters.settings.threshold_set)
     _draw_codes(plots['movement'], shown.seconds, result.movement, Movement, 'movement')
     appended = [update.step.appended for update in result.updates]
@@ -70,7 +72,11 @@ def write_trajectory_picture(result: Replay, path: Path) -> None:
     if shown.heading_deg is not None:
         _draw_curve(plots['heading'], shown.seconds, shown.heading_deg)
         _title(plots['heading'], 'heading (degrees, left positive)')
-    _number_times(plots['shift'], shown.turns)
+    for mark in numbered:
+        plots['shift'].annotate(
+            str(mark.number), ((mark.start_s + mark.end_s) / 2, 0.97),
+            xycoords=('data', 'axes fraction'), ha='center', va='top', fontsize=8,
+            color=LIGHT.line)
     for row, plot in plots.items():
         if row != 'shift':
             plot.sharex(plots['shift'])
@@ -127,35 +133,13 @@ def write_correlation_picture(
     save(figure, path)
 
 
-def require_matplotlib() -> None:
-    """
-    Check before the work that matplotlib is available for the figures after it.
-
-    Raises
-    ------
-    MissingDependencyError
-        matplotlib is not installed.
-
-    """
-    # Not imported yet: it takes 30 MB, and the frames are gone when it is used.
-    if find_spec('matplotlib') is None:
-        raise MissingDependencyError(
-            'pictures need matplotlib: install python3-matplotlib (apt) or matplotlib (pip)')
-
-
 def new_figure(width: float, height: float, *, fits_labels: bool = True) -> Figure:
     """
     Return an empty figure of ``width`` x ``height`` inches that does not need a display.
 
     ``fits_labels`` is whether its plots leave room for their labels, which are measured.
-
-    Raises
-    ------
-    MissingDependencyError
-        matplotlib is not installed.
-
     """
-    require_matplotlib()
+    # Not imported earlier: it takes 30 MB, and the frames are gone when it is used.
     from matplotlib.figure import Figure
     return Figure(figsize=(width, height), layout='constrained' if fits_labels else None)
 
@@ -167,28 +151,29 @@ def write_path_picture(points: NDArray[np.float64], path: Path) -> None:
     save(figure, path)
 
 
+def draw_path(
+    plot: Plot, points: NDArray[np.float64], line: NDArray[np.float64], title: str,
+) -> None:
+    """Draw a path (n, 2) as a line (m, 2), with its start and end, in the axes of figures."""
+    plot.plot(line[:, 0], line[:, 1], color=LIGHT.line, linewidth=2, solid_capstyle='round')
+    plot.plot(*points[0], 'o', color=LIGHT.ink, label='start')
+    plot.plot(*points[-1], 's', color=LIGHT.accent, label='end')
+    plot.set_aspect('equal', adjustable='datalim')
+    _title(plot, title)
+    plot.grid(color=LIGHT.muted, alpha=0.3)
+    plot.tick_params(labelsize=8)
+    plot.margins(0.15)
+
+
 def _draw_trajectory(
     plot: Plot, path: NDArray[np.float64], turns: Sequence[TurnMark] = (),
 ) -> None:
     """Draw a normalised path (n, 2) in REP 103 axes, its start heading up."""
     points = normalised(to_axes(path, Axes.FIGURE))
-    line = outline(points, _PATH_DETAIL)
-    plot.plot(line[:, 0], line[:, 1], color=LIGHT.line, linewidth=2, solid_capstyle='round')
-    plot.plot(*points[0], 'o', color=LIGHT.ink, label='start')
-    plot.plot(*points[-1], 's', color=LIGHT.accent, label='end')
-    _number_turns(plot, points, turns)
-    plot.set_aspect('equal', adjustable='datalim')
-    _title(plot, 'trajectory, normalised, start heading up')
-    plot.grid(color=LIGHT.muted, alpha=0.3)
-    plot.tick_params(labelsize=8)
-    plot.margins(0.15)
+    draw_path(
+        plot, points, outline(points, _PATH_DETAIL), 'trajectory, normalised, start heading up')
     plot.legend(frameon=False, fontsize=8)
-
-
-def _number_turns(
-    plot: Plot, points: NDArray[np.float64], turns: Sequence[TurnMark],
-) -> None:
-    for mark in turns[::_every(turns)]:
+    for mark in turns:
         # The vertex at which the first step in the new direction starts.
         plot.annotate(
             str(mark.number), points[mark.pair], fontsize=8, color='white', ha='center',
@@ -198,13 +183,18 @@ def _number_turns(
 
 def _draw_shift(plot: Plot, shown: Overview, threshold: float | None) -> None:
     plot.axhline(0, color=LIGHT.muted, linewidth=0.6)
+    title = 'shift (px per frame, positive in a left turn)'
     if threshold is not None:
-        _draw_threshold(plot, threshold)
+        title += f', T = {threshold:.3g}'
+        for side, sign in ((1, '+'), (-1, '−')):
+            plot.axhline(side * threshold, color=LIGHT.accent, linewidth=0.9, linestyle='--')
+            plot.annotate(
+                f'{sign}T', (1.005, side * threshold), xycoords=('axes fraction', 'data'),
+                color=LIGHT.accent, fontsize=8, va='center')
     _draw_curve(plot, shown.seconds, shown.dx)
     # Space for the numbers of the turns.
     plot.margins(y=0.16)
-    known = '' if threshold is None else f', T = {threshold:.3g}'
-    _title(plot, f'shift (px per frame, positive in a left turn){known}')
+    _title(plot, title)
 
 
 def _draw_curve(
@@ -215,22 +205,6 @@ def _draw_curve(
     # An exponent would overlap the title.
     plot.ticklabel_format(axis='y', style='plain', useOffset=False)
     plot.grid(axis='y', color=LIGHT.muted, alpha=0.3)
-
-
-def _draw_threshold(plot: Plot, threshold: float) -> None:
-    for side, sign in ((1, '+'), (-1, '−')):
-        plot.axhline(side * threshold, color=LIGHT.accent, linewidth=0.9, linestyle='--')
-        plot.annotate(
-            f'{sign}T', (1.005, side * threshold), xycoords=('axes fraction', 'data'),
-            color=LIGHT.accent, fontsize=8, va='center')
-
-
-def _number_times(plot: Plot, turns: Sequence[TurnMark]) -> None:
-    for mark in turns[::_every(turns)]:
-        plot.annotate(
-            str(mark.number), ((mark.start_s + mark.end_s) / 2, 0.97),
-            xycoords=('data', 'axes fraction'), ha='center', va='top', fontsize=8,
-            color=LIGHT.line)
 
 
 def _draw_codes(
@@ -251,11 +225,6 @@ def _draw_codes(
     plot.set_ylim(-0.4, len(names) - 0.6)
     plot.grid(axis='y', color=LIGHT.muted, alpha=0.3)
     _title(plot, f'{title}: {len(codes)} codes')
-
-
-def _every(turns: Sequence[TurnMark]) -> int:
-    """Return the step at which turns are numbered; with a smaller one the numbers overlap."""
-    return -(-len(turns) // _NUMBERED) or 1
 
 
 def _title(plot: Plot, text: str) -> None:

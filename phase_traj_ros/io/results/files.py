@@ -4,26 +4,14 @@
 
 from collections.abc import Iterable
 import csv
-from dataclasses import asdict
 from decimal import Decimal
 from itertools import chain
 import math
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-from phase_traj_ros.core import Corner, Direction, pack, Update
+from phase_traj_ros.core import Corner, Update
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.results.content import (
-    camera_content,
-    mount_content,
-    reliability_content,
-    run_pairs,
-    turn_list,
-    versions,
-    way_content,
-    write_json,
-)
+from phase_traj_ros.io.results.chain_code import write_chain_code
 from phase_traj_ros.io.results.figures import write_trajectory_picture
 
 RESULT_NAMES = ('chain_code.json', 'shifts.csv', 'trajectory.tum', 'trajectory.png')
@@ -44,64 +32,6 @@ def write_results(result: Replay, directory: Path) -> None:
         chain([first], ((update.stamp_ns, update.tip) for update in result.updates)),
         directory / 'trajectory.tum')
     write_trajectory_picture(result, directory / 'trajectory.png')
-
-
-def write_chain_code(result: Replay, path: Path) -> None:
-    """Write codes, turns and camera as JSON; docs/reference/files.md describes the keys."""
-    content: dict[str, Any] = {
-        'source': result.source,
-        'frames': result.frames,
-        'threshold': result.parameters.settings.threshold_set,
-        'movement': [int(code) for code in result.movement],
-        'direction': [int(code) for code in result.direction],
-        'movement_runs': run_pairs(result.codes.movement.runs),
-        'direction_runs': run_pairs(result.codes.direction.runs),
-        'movement_packed': pack(result.movement).hex(),
-        **({'direction_packed': pack(result.direction).hex()}
-           if result.codes.directions is Direction else {}),
-        'status': [update.status.value for update in result.updates],
-        **reliability_content(result.reliability),
-        'cuts': [update.pair for update in result.updates if update.cut],
-        **_heading_content(result),
-        **mount_content(result.mounting),
-        'path_unit': result.path_unit.value,
-        'frame_numbers': None if result.frame_numbers is None else list(result.frame_numbers),
-        'source_frames': asdict(result.source_frames),
-        'first_stamp_ns': result.first_stamp_ns,
-        'last_stamp_ns': result.updates[-1].stamp_ns,
-        'dropped_frames': result.counters.dropped,
-        'skipped_frames': result.counters.skipped,
-        'repeated_frames': result.counters.repeated,
-        'time_resets': result.counters.time_resets,
-        'versions': versions(),
-        **way_content(result.way, result.links, unit=result.parameters.settings.length_unit),
-    }
-    if result.links is not None:
-        content['links'] = [int(code) for code in result.links.series]
-    write_json(content, path)
-
-
-def _heading_content(result: Replay) -> dict[str, Any]:
-    """Return heading, turns and camera; empty if the heading is not measured."""
-    headings = np.fromiter((
-        (update.heading.heading, update.heading.bridged)
-        for update in result.updates if update.heading is not None),
-        np.dtype((np.float64, 2)))
-    if not len(headings):
-        return {}
-    return {
-        'code_source': result.parameters.settings.code_source.value,
-        'connectivity': result.parameters.connectivity,
-        'path_from': result.parameters.settings.drawn_from.value,
-        'focal_px': result.focal_px,
-        'camera': camera_content(result.camera),
-        'speed': result.parameters.speed,
-        'heading_deg': [
-            0.0, *(round(each, 4) for each in np.degrees(headings[:, 0]).tolist())],
-        'bridged_share': float(headings[:, 1].mean()),
-        'turns': turn_list(result.turns),
-        'field_of_view': None if result.field_of_view is None else asdict(result.field_of_view),
-    }
 
 
 def write_shifts(result: Replay, path: Path) -> None:

@@ -1,56 +1,35 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The colours of figures, debug images and HTML pages."""
+"""
+The colours of figures, debug images and HTML pages, by purpose, each as #rrggbb.
 
-from dataclasses import asdict, dataclass
+``paper`` is behind a page and ``card`` behind its boxes, ``ink`` is text and ``faint`` text of
+minor importance, ``muted`` are grids and the true path below the drawn one, ``rule`` are borders,
+``line`` are paths and curves, ``accent`` thresholds and ends, ``band`` (as #rrggbbaa) spans behind
+a curve, ``rest`` is the movement *no change*.
+"""
+
+from types import SimpleNamespace
 from typing import Final
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Palette:
-    """Colours by purpose, each as #rrggbb."""
-
-    paper: str
-    card: str
-    """Background of boxes on the page."""
-    ink: str
-    faint: str
-    """Text of minor importance."""
-    muted: str
-    """Grids, and the true path below the drawn one."""
-    rule: str
-    line: str
-    """Paths and curves."""
-    accent: str
-    """Thresholds and ends."""
-    band: str
-    """Spans in the background of a curve, as #rrggbbaa."""
-    left: str
-    forward: str
-    right: str
-    rest: str
-    """The movement *no change*."""
-    backward: str
-    warn: str
-
-    def css(self) -> str:
-        """Return the colours as CSS custom properties."""
-        return ' '.join(f'--{name}: {colour};' for name, colour in asdict(self).items())
-
-
-LIGHT: Final = Palette(
+LIGHT: Final = SimpleNamespace(
     paper='#f4f6f8', card='#ffffff', ink='#1f2933', faint='#65717e', muted='#9aa5b1',
     rule='#dfe4ea', line='#0b6e99', accent='#d1495b', band='#0b6e991a',
     left='#3a7ca5', forward='#b8c4ce', right='#e08e45', rest='#e6ebf0', backward='#8d6a9f',
     warn='#b4541a')
 """For paper. Figures have the colour of a card as background."""
 
-DARK: Final = Palette(
+DARK: Final = SimpleNamespace(
     paper='#14191f', card='#1d242c', ink='#e4e9ee', faint='#93a0ad', muted='#6b7682',
     rule='#323c47', line='#5fb4dc', accent='#ef7a8a', band='#5fb4dc21',
     left='#5fa3cf', forward='#57636f', right='#e59f5f', rest='#2b343e', backward='#a884ba',
     warn='#f0a36b')
 """For dark backgrounds and camera images."""
+
+
+def css(palette: SimpleNamespace) -> str:
+    """Return the colours as CSS custom properties."""
+    return ' '.join(f'--{name}: {colour};' for name, colour in vars(palette).items())
 
 
 def bgr(colour: str) -> tuple[int, int, int]:

@@ -4,7 +4,7 @@
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.io.messages.topics import DEBUG_IMAGE
-from phase_traj_ros.io.results.debug_picture import draw
+from phase_traj_ros.io.results.pictures import draw
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.outputs.messages import MESSAGES

@@ -5,19 +5,21 @@ Runs the replays of a batch on any executor of concurrent.futures.
 
 The rules are the same for processes of this machine and for a cluster: a replay that fails, or
 whose process dies twice, is a row of the summary; when the batch is stopped, running replays stop
-at their next frame and what is complete is kept.
+at their next frame and what is complete is kept. The engine and its jobs know of each other by
+notes in the folder that they share.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, FIRST_COMPLETED, Future, wait
+from contextlib import suppress
 from pathlib import Path
+import shutil
+import time
 from typing import Final
+from uuid import uuid4
 
-from phase_traj_ros.io.outputs.commit import uninterrupted
-from phase_traj_ros.io.outputs.outputs import remove_staging
-from phase_traj_ros.tasks.batch.notes import folder_of_notes, Note, stop_jobs, Stopped
+from phase_traj_ros.io.outputs.commit import uninterrupted, writing_to
+from phase_traj_ros.io.outputs.outputs import remove_abandoned, STAGING
 from phase_traj_ros.tasks.batch.outcome import failure, Outcome, Progress, run_request, Status
 from phase_traj_ros.tasks.batch.request import ReplayRequest
 
@@ -27,8 +29,71 @@ ATTEMPTS: Final = 2
 _POLL_S = 0.1
 # A replay stops within a frame; a source on a network drive may hang.
 _STOP_S = 30.0
+# Seconds between two notes of the progress of a job.
+_PERIOD_S = 0.1
 
 Run = Callable[[ReplayRequest, Progress], Outcome]
+
+
+class Stopped(BaseException):
+    """The batch is over; leaves a job, past all error handlers."""
+
+
+class Note:
+    """How often a job has begun, and its progress. The batch is over when the folder is gone."""
+
+    def __init__(self, folder: Path, job: int) -> None:
+        """Note in ``folder`` as the job of this number."""
+        self._begun = folder / f'{job}.begun'
+        self._done = folder / f'{job}.done'
+        self._due = 0.0
+
+    def begin(self) -> int:
+        """
+        Note that the job begins; return how often it had begun before.
+
+        Raises
+        ------
+        Stopped
+            The batch is over.
+
+        """
+        try:
+            with self._begun.open('ab') as file:
+                file.write(b'.')
+                return file.tell() - 1
+        except FileNotFoundError:
+            raise Stopped from None
+
+    def __call__(self, done: int, expected: int | None) -> None:
+        """
+        Take the number of frames done and expected, and note them a few times a second.
+
+        Raises
+        ------
+        Stopped
+            The batch is over.
+
+        """
+        now = time.monotonic()
+        if now < self._due and done + 1 != expected:
+            return
+        self._due = now + _PERIOD_S
+        try:
+            self._done.write_text(f'{done} {expected or 0}')
+        except FileNotFoundError:
+            raise Stopped from None
+        except OSError:
+            # A full disk shows no progress; the job will fail by itself.
+            pass
+
+    def fraction(self) -> float:
+        """Return the finished share of the job while it is being run."""
+        try:
+            done, expected = map(int, self._done.read_text().split())
+        except (OSError, ValueError):
+            return 0.0
+        return min(done / expected, 0.99) if expected else 0.0
 
 
 class Batch:
@@ -43,6 +108,7 @@ class Batch:
         self._requests = tuple(requests)
         self._run = run
         self._stopping = False
+        self._futures: dict[Future[Outcome], int] = {}
         self.rows = [
             failure(request, 'not done', status=Status.INTERRUPTED) for request in requests]
         """All outcomes, in the order of the requests."""
@@ -64,50 +130,52 @@ class Batch:
             Called several times a second with the number of finished replays, including
             fractions. The number never decreases, also when a replay starts again.
 
+        Raises
+        ------
+        OutputError
+            The output folder cannot be made or written.
+
         """
-        output = self._requests[0].output
-        assert output is not None
-        with folder_of_notes(output.parent, self._requests[0].batch) as folder:
-            notes = [Note(folder, number) for number in range(len(self._requests))]
-            futures = {
+        outputs = [request.output for request in self._requests if request.output is not None]
+        # In the shared folder, so that jobs stop and report their progress in the same way in a
+        # process of this machine and on another one.
+        folder = outputs[0].parent / f'{STAGING}{uuid4().hex}'
+        with writing_to(folder.parent):
+            folder.mkdir(parents=True)
+        notes = [Note(folder, number) for number in range(len(self._requests))]
+        try:
+            self._futures = {
                 executor.submit(_work, self._run, request, note): number
                 for number, (request, note) in enumerate(zip(self._requests, notes))}
-            try:
-                self._follow(futures, notes, on_progress)
-            except BaseException:
-                with uninterrupted():
-                    self._stop(futures, folder)
-                raise
-            finally:
-                for request in self._requests:
-                    assert request.output is not None
-                    remove_staging(request.output, request.batch)
+            self._follow(notes, on_progress)
+        except BaseException:
+            with uninterrupted():
+                self._stopping = True
+                stop_jobs(folder)
+                done, late = wait(self._futures, _STOP_S)
+                self._take(done)
+                for future in late:
+                    future.cancel()
+            raise
+        finally:
+            stop_jobs(folder)
+            for output in outputs:
+                remove_abandoned(output)
+                with suppress(OSError):  # Only an empty folder is removed.
+                    output.rmdir()
 
-    def _follow(
-        self, futures: dict[Future[Outcome], int], notes: Sequence[Note],
-        on_progress: Callable[[float], object],
-    ) -> None:
-        pending, reported = set(futures), 0.0
+    def _follow(self, notes: Sequence[Note], on_progress: Callable[[float], object]) -> None:
+        pending, reported = set(self._futures), 0.0
         while pending:
             done, pending = wait(pending, _POLL_S, return_when=FIRST_COMPLETED)
-            self._take(done, futures)
-            running = sum(notes[futures[future]].fraction() for future in pending)
-            reported = max(reported, len(futures) - len(pending) + running)
+            self._take(done)
+            running = sum(notes[self._futures[future]].fraction() for future in pending)
+            reported = max(reported, len(notes) - len(pending) + running)
             on_progress(reported)
 
-    def _stop(self, futures: dict[Future[Outcome], int], folder: Path) -> None:
-        self._stopping = True
-        stop_jobs(folder)
-        done, late = wait(futures, _STOP_S)
-        self._take(done, futures)
-        for future in late:
-            future.cancel()
-
-    def _take(
-        self, done: set[Future[Outcome]], futures: dict[Future[Outcome], int],
-    ) -> None:
+    def _take(self, done: set[Future[Outcome]]) -> None:
         for future in done:
-            number = futures[future]
+            number = self._futures[future]
             if not (self._stopping and future.cancelled()):
                 self.rows[number] = self._outcome(future, self._requests[number])
 
@@ -123,6 +191,11 @@ class Batch:
                 request, 'the machine that ran it does not have the output folder: the machines'
                 ' of a cluster have to share it')
         return outcome
+
+
+def stop_jobs(folder: Path) -> None:
+    """Stop all jobs with notes in this folder at their next frame."""
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def _work(run: Run, request: ReplayRequest, note: Note) -> Outcome:

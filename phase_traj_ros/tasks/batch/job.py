@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Replays one source and writes the requested results."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing, ExitStack
 import ctypes
@@ -15,10 +13,10 @@ from phase_traj_ros.io.outputs.outputs import Outputs
 from phase_traj_ros.io.replay.camera import known_lens, learned_lens, mounting_of
 from phase_traj_ros.io.replay.run import Replay, replay, Watcher
 from phase_traj_ros.io.results.bag import BagSink
-from phase_traj_ros.io.results.figures import require_matplotlib, write_trajectory_picture
+from phase_traj_ros.io.results.figures import write_trajectory_picture
 from phase_traj_ros.io.results.files import write_results
+from phase_traj_ros.io.results.pictures import LeftOutPicture, Thumbnails
 from phase_traj_ros.io.results.report.report import write_report
-from phase_traj_ros.io.results.thumbnails import LeftOutPicture, Thumbnails
 from phase_traj_ros.io.sources.base import Entry, FrameSource
 from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.tasks.batch.request import ReplayRequest, REPORT
@@ -36,13 +34,9 @@ Through = Callable[[Iterable[Entry], Pass], Iterable[Entry]]
 """Takes the frames of a pass and yields them, as a progress bar does."""
 
 
-def _straight(frames: Iterable[Entry], _: Pass) -> Iterable[Entry]:
-    return frames
-
-
 def replay_source(
     source: FrameSource, request: ReplayRequest, *, watchers: Sequence[Watcher] = (),
-    through: Through = _straight,
+    through: Through = lambda frames, _: frames,
 ) -> Replay:
     """
     Replay a source as requested and write the results, all of them or none.
@@ -71,12 +65,10 @@ def replay_source(
     mounting = mounting_of(source, request.parameters)
     parameters = mounting.parameters
     with ExitStack() as stack:
-        owner = stack.enter_context(Outputs(
-            inputs=request.inputs, force=request.force, batch=request.batch))
+        owner = stack.enter_context(Outputs(inputs=request.inputs, force=request.force))
         seen = [*watchers]
         thumbnails, left_out = Thumbnails(), LeftOutPicture()
         if request.output is not None:
-            require_matplotlib()
             folder = owner.directory(request.output, names=request.names)
         if request.report:
             seen += [thumbnails, left_out]

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One replay of a batch, and its outcome."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum

@@ -2,17 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The request for a replay: what to read, how to code it, and what to write."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+import os
 from pathlib import Path
 from typing import Final
-from uuid import uuid4
 
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.outputs.protected import check_directory
+from phase_traj_ros.io.outputs.outputs import check_directory
 from phase_traj_ros.io.results.bag import SUFFIX
 from phase_traj_ros.io.results.files import RESULT_NAMES
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, FrameSource
@@ -65,8 +63,6 @@ class ReplayRequest:
     """Whether files in the output folder are replaced that no earlier run wrote."""
     also_read: tuple[Path, ...] = ()
     """What is read besides the source, such as the parameter file."""
-    batch: str = ''
-    """Unique name of the batch that this replay belongs to."""
 
     def __post_init__(self) -> None:
         """Check the combination of the choices."""
@@ -134,12 +130,11 @@ def batch_of(
             f'bag_out is {bag}: with several sources, give a name without a folder; each source'
             ' writes it to its own folder')
     read = tuple(path.absolute() for path in (*sources, *request.also_read))
-    batch = f'{uuid4().hex}-'
     requests = []
     for source, folder in zip(sources, folder_names(sources, taken=taken), strict=True):
         output = root / folder
         each = replace(
-            request, source=source, output=output, also_read=read, batch=batch,
+            request, source=source, output=output, also_read=read,
             bag_out=None if bag is None else output / bag.name)
         check_directory(output, names=each.names, inputs=each.inputs, force=each.force)
         requests.append(each)
@@ -153,14 +148,15 @@ def folder_names(sources: Iterable[Path], *, taken: Sequence[str] = ()) -> list[
     It is the name of the source. Equal names are prefixed with the name of the parent folder,
     and numbered if they are still equal.
     """
-    places = [_named(source) for source in sources]
-    often = Counter(_name_of(place).lower() for place in places)
+    # With a name also for '.' and '..'.
+    places = [Path(os.path.abspath(source)) for source in sources]
+    stems = [_clean(place.name if place.is_dir() else place.stem) for place in places]
+    often = Counter(stem.lower() for stem in stems)
     used = {name.lower() for name in taken}
     names = []
-    for place in places:
-        stem = _name_of(place)
+    for place, stem in zip(places, stems):
         if often[stem.lower()] > 1:
-            stem = f'{_clean(place.absolute().parent.name)}-{stem}'
+            stem = f'{_clean(place.parent.name)}-{stem}'
         name, number = stem, 1
         while name.lower() in used:
             number += 1
@@ -168,15 +164,6 @@ def folder_names(sources: Iterable[Path], *, taken: Sequence[str] = ()) -> list[
         used.add(name.lower())
         names.append(name)
     return names
-
-
-def _named(source: Path) -> Path:
-    """Return a path whose last part is a name, unlike '.' and '..'."""
-    return source if source.name not in ('', '..') else source.resolve()
-
-
-def _name_of(place: Path) -> str:
-    return _clean(place.name if place.is_dir() else place.stem)
 
 
 def _clean(name: str) -> str:

@@ -12,7 +12,7 @@ from urllib.parse import quote
 import numpy as np
 from phase_traj_ros.core import Axes, normalised, to_axes
 from phase_traj_ros.io.outputs.outputs import output_directory
-from phase_traj_ros.io.results.report.page import Cell, Markup, table, write_page
+from phase_traj_ros.io.results.report.page import Markup, table, write_page
 from phase_traj_ros.tasks.batch.outcome import Outcome, Status
 from phase_traj_ros.tasks.batch.request import REPORT
 
@@ -89,8 +89,8 @@ def _write_html(outcomes: Sequence[Outcome], directory: Path, path: Path) -> Non
         content=Markup(f'<main class="card">\n{rows}\n</main>'))
 
 
-def _cells(outcome: Outcome, directory: Path) -> list[Cell]:
-    cells: list[Cell] = [_route(outcome), *_row(outcome)]
+def _cells(outcome: Outcome, directory: Path) -> list[str]:
+    cells: list[str] = [_route(outcome), *_row(outcome)]
     # The links are not loaded; the user follows them.
     for page in (REPORT, 'trajectory.png'):
         if outcome.status is Status.OK and (directory / outcome.folder / page).exists():

@@ -2,27 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scores the turns, heading, codes and path of a replay against the ground truth."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 import json
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.codes.codes import Movement
 from phase_traj_ros.core.codes.from_heading import HeadingCode
-from phase_traj_ros.tasks.evaluation.ground_truth import GroundTruth
-from phase_traj_ros.tasks.evaluation.matched_truth import match, MatchedTruth
-from phase_traj_ros.tasks.evaluation.odometry_errors import distance_error, relative_errors
+from phase_traj_ros.tasks.evaluation.ground_truth import GroundTruth, match, MatchedTruth
 from phase_traj_ros.tasks.evaluation.replayed_drive import ReplayedDrive
 from phase_traj_ros.tasks.evaluation.scores import (
     absolute_error,
+    distance_error,
     heading_error,
     HeadingError,
+    relative_errors,
     shape_error,
     turn_score,
     TurnScore,
@@ -71,6 +68,8 @@ class PathErrors:
 
     All but ``ate_scaled_m`` need a path in metres, and are None for any other.
 
+    scored_in
+        That the height is ignored.
     distance_error_percent
         Error of its length, negative if the path is too short.
     t_rel_percent, r_rel_deg_per_100m
@@ -81,6 +80,7 @@ class PathErrors:
         translation, and after the best fit that also scales the path.
     """
 
+    scored_in: str = 'plane'
     distance_error_percent: float | None = None
     t_rel_percent: float | None = None
     r_rel_deg_per_100m: float | None = None
@@ -100,12 +100,6 @@ class Evaluation:
     heading_error_deg: HeadingError | None
     shape_error: ShapeError
     path_errors: PathErrors
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the scores in the form of ``evaluation.json``."""
-        content = asdict(self)
-        of_the_path = content.pop('path_errors')
-        return {**content, 'scored_in': 'plane', **of_the_path}
 
 
 def evaluate(
@@ -147,7 +141,8 @@ def write_evaluation(
     evaluation: Evaluation, path: Path, *, source: str, ground_truth: str,
 ) -> None:
     """Write the scores as JSON; docs/reference/files.md lists the keys."""
-    content = {'source': source, 'ground_truth': ground_truth, **evaluation.as_dict()}
+    content = {'source': source, 'ground_truth': ground_truth, **asdict(evaluation)}
+    content |= content.pop('path_errors')
     path.write_text(json.dumps(content, indent=2) + '\n', encoding='utf-8')
 
 

@@ -7,14 +7,13 @@ Whatever the axes of the file, the result starts at the origin with heading 0, i
 (x forward, y left, yaw counter-clockwise) and metres.
 """
 
-from __future__ import annotations
-
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.errors import reading, SourceError
+from phase_traj_ros.errors import reading, ResultError, SourceError
 from phase_traj_ros.io.sources.times_file import (
     both_ways,
     nanoseconds,
@@ -25,6 +24,9 @@ from phase_traj_ros.io.sources.times_file import (
 _KITTI_COLUMNS, _TUM_COLUMNS = 12, 8
 # Tolerance of the 3 x 3 part of a KITTI pose as a rotation, and of a quaternion's length.
 _TOLERANCE = 0.02
+_NANO = 1_000_000_000
+# A frame may be this far outside the time of the ground truth.
+_OUTSIDE_NS = 50_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,9 +47,22 @@ class GroundTruth:
     positions: NDArray[np.float64]
     stamps_ns: NDArray[np.int64] | None = None
 
-    def __len__(self) -> int:
-        """Return the number of poses."""
-        return len(self.headings)
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MatchedTruth:
+    """
+    The ground truth at the frames of a replay, relative to the first of them.
+
+    frames
+        (M,) numbers of the frames that the ground truth covers, consecutive.
+    stamps_ns, headings, positions
+        At these frames: nanoseconds, radians, metres as in ``GroundTruth``.
+    """
+
+    frames: NDArray[np.int64]
+    stamps_ns: NDArray[np.int64]
+    headings: NDArray[np.float64]
+    positions: NDArray[np.float64]
 
 
 def read_ground_truth(path: Path) -> GroundTruth:
@@ -68,8 +83,7 @@ def read_ground_truth(path: Path) -> GroundTruth:
         The file cannot be read, or has another format, or times.txt has another length.
 
     """
-    times, values = _read(path)
-    stamps_ns = None if times is None else _rising(path, times)
+    stamps_ns, values = _read(path)
     rotations: NDArray[np.float64]
     if values.shape[1] == _TUM_COLUMNS - 1:
         rotations, places = _from_quaternions(path, values[:, 3:]), values[:, :3]
@@ -84,6 +98,55 @@ def read_ground_truth(path: Path) -> GroundTruth:
     x, y, z = np.moveaxis(rotations, 2, 0)
     forward, upward = (z, -y) if optical else (x, z)
     return _on_the_ground(forward, upward, places, stamps_ns)
+
+
+def match(
+    truth: GroundTruth, stamps_ns: NDArray[np.int64], *,
+    numbers: NDArray[np.int64] | None = None, counts: Collection[int] = (),
+    align_start: bool = False,
+) -> MatchedTruth:
+    """
+    Return the ground truth at the frames of a replay.
+
+    With times, the ground truth is interpolated. Without, pose i belongs to frame i of the source.
+
+    Parameters
+    ----------
+    truth
+        The whole ground truth.
+    stamps_ns
+        (n,) stamps of the frames of the replay, nanoseconds, which rise.
+    numbers
+        (n,) numbers of these frames in the source, from 0 on; None if the replay has all frames.
+    counts
+        Possible numbers of all frames of the source; empty if not known.
+    align_start
+        Whether the first pose belongs to the first frame, whatever their times.
+
+    Raises
+    ------
+    ResultError
+        Fewer than two frames are covered; there are no times, and the number of poses is not that
+        of the frames; or the times do not overlap at all, without ``align_start``.
+
+    """
+    if truth.stamps_ns is None:
+        frames = np.arange(len(stamps_ns))
+        poses = _poses_of(len(truth.headings), len(stamps_ns), numbers, counts)
+        headings, positions = truth.headings[poses], truth.positions[poses]
+    else:
+        given = truth.stamps_ns
+        if align_start:
+            given = given - given[0] + stamps_ns[0]
+        frames = _covered(stamps_ns, given)
+        # Differences first: a float cannot represent the nanoseconds of an epoch.
+        at, times = (stamps_ns[frames] - given[0]) / _NANO, (given - given[0]) / _NANO
+        headings, *axes = (
+            np.interp(at, times, each) for each in (truth.headings, *truth.positions.T))
+        positions = np.stack(axes, axis=1)
+    sine, cosine = np.sin(headings[0]), np.cos(headings[0])
+    turned = (positions - positions[0]) @ np.array([[cosine, -sine], [sine, cosine]])
+    return MatchedTruth(frames, stamps_ns[frames], headings - headings[0], turned)
 
 
 def _read(path: Path) -> tuple[NDArray[np.int64] | None, NDArray[np.float64]]:
@@ -110,7 +173,7 @@ def _read(path: Path) -> tuple[NDArray[np.int64] | None, NDArray[np.float64]]:
         raise SourceError(f'{path} holds something else than poses: {error}') from None
     if not np.isfinite(values).all():
         raise SourceError(f'{path} holds NaN or infinity')
-    return times, values
+    return None if times is None else _rising(path, times), values
 
 
 def _rising(path: Path, stamps: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -173,3 +236,36 @@ def _on_the_ground(
     return GroundTruth(
         headings=np.unwrap(np.arctan2(forward @ left, forward @ ahead)),
         positions=np.stack([moved @ ahead, moved @ left], axis=1), stamps_ns=stamps_ns)
+
+
+def _covered(
+    stamps_ns: NDArray[np.int64], given: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """Return the numbers of the frames that the ground truth covers, by its stamps."""
+    begin, end = given[0] - _OUTSIDE_NS, given[-1] + _OUTSIDE_NS
+    if stamps_ns[-1] < begin or stamps_ns[0] > end:
+        raise ResultError(
+            f'the ground truth lasts from {_span(given)}, the replay from {_span(stamps_ns)}: if'
+            ' both begin at the same moment and only their clocks differ, give align_start')
+    frames = np.flatnonzero((stamps_ns >= begin) & (stamps_ns <= end))
+    if len(frames) < 2:
+        raise ResultError('the ground truth covers fewer than two frames: is it of this drive?')
+    return frames
+
+
+def _poses_of(
+    poses: int, frames: int, numbers: NDArray[np.int64] | None, counts: Collection[int],
+) -> NDArray[np.int64]:
+    """Return the number of the pose of each frame, where pose i belongs to frame i."""
+    if numbers is None:
+        numbers, counts = np.arange(frames), {frames}
+    if (poses not in counts) if counts else (poses <= numbers[-1]):
+        known = ' or '.join(map(str, sorted(counts))) or f'at least {numbers[-1] + 1}'
+        raise ResultError(
+            f'the ground truth has {poses} poses without times, and the recording {known} frames:'
+            ' give a file with times, or the poses of these frames')
+    return numbers
+
+
+def _span(stamps_ns: NDArray[np.int64]) -> str:
+    return f'{stamps_ns[0] / _NANO:.3f} to {stamps_ns[-1] / _NANO:.3f} s'

@@ -10,17 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import Axes, LengthUnit, to_axes
-from phase_traj_ros.io.results.figures import new_figure, save
+from phase_traj_ros.io.results.figures import draw_path, new_figure, save
 from phase_traj_ros.io.results.palette import LIGHT
 from phase_traj_ros.tasks.evaluation.evaluate import Evaluation, PathErrors
-from phase_traj_ros.tasks.evaluation.matched_truth import MatchedTruth
+from phase_traj_ros.tasks.evaluation.ground_truth import MatchedTruth
 from phase_traj_ros.tasks.evaluation.replayed_drive import ReplayedDrive
 from phase_traj_ros.tasks.evaluation.scores import aligned, true_turns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Plot
-
-_UNITS = {LengthUnit.METRE: 'metres', LengthUnit.CAMERA_HEIGHT: 'camera heights'}
 
 
 def write_evaluation_picture(
@@ -36,7 +34,8 @@ def write_evaluation_picture(
     shapes, by_heading = evaluation.shape_error, drive.drawn_from_heading()
     drawn = [('drawn from the codes', drive.drawn_from_codes(), shapes.codes)]
     if drive.path is not None and drive.unit is not LengthUnit.STEP:
-        drawn.append((f'in {_UNITS[drive.unit]}', drive.path, shapes.path))
+        unit = 'metres' if drive.metric else drive.unit.value
+        drawn.append((f'in {unit}', drive.path, shapes.path))
     elif by_heading is not None:
         drawn.append(('drawn from the heading', by_heading, shapes.heading))
     rows = 1 if drive.heading is None else 2
@@ -46,9 +45,11 @@ def write_evaluation_picture(
         in_metres = drive.metric and column > 0
         notes = _metric_notes(evaluation.path_errors) if in_metres else (
             [] if error is None else [f'off by {error:.1%}'])
-        _draw_path(
-            figure.add_subplot(grid[0, column]), points[true.frames], true.positions,
-            ', '.join([name, *notes]), scaled=not in_metres)
+        plot, found = figure.add_subplot(grid[0, column]), points[true.frames]
+        fitted = to_axes(aligned(true.positions, found, scaled=not in_metres), Axes.FIGURE)
+        plot.plot(fitted[:, 0], fitted[:, 1], color=LIGHT.muted, linewidth=3, alpha=0.5)
+        shown = to_axes(found, Axes.FIGURE)
+        draw_path(plot, shown, shown, ', '.join([name, *notes]))
     if drive.heading is not None:
         _draw_headings(figure.add_subplot(grid[1, :]), drive, true, drive.heading)
     save(figure, path)
@@ -59,24 +60,6 @@ def _metric_notes(errors: PathErrors) -> list[str]:
         f'{name} {value:{form}} %' for name, value, form in (
             ('distance', errors.distance_error_percent, '+.1f'),
             ('t_rel', errors.t_rel_percent, '.1f')) if value is not None]
-
-
-def _draw_path(
-    plot: Plot, points: NDArray[np.float64], true: NDArray[np.float64], title: str, *,
-    scaled: bool,
-) -> None:
-    """Draw a path (n, 2) in REP 103 axes, and the true one fitted to it."""
-    shown = to_axes(points, Axes.FIGURE)
-    fitted = to_axes(aligned(true, points, scaled=scaled), Axes.FIGURE)
-    plot.plot(fitted[:, 0], fitted[:, 1], color=LIGHT.muted, linewidth=3, alpha=0.5)
-    plot.plot(shown[:, 0], shown[:, 1], color=LIGHT.line, linewidth=2, solid_capstyle='round')
-    plot.plot(*shown[0], 'o', color=LIGHT.ink)
-    plot.plot(*shown[-1], 's', color=LIGHT.accent)
-    plot.set_aspect('equal', adjustable='datalim')
-    plot.set_title(title, loc='left', fontsize=9)
-    plot.grid(color=LIGHT.muted, alpha=0.3)
-    plot.tick_params(labelsize=8)
-    plot.margins(0.15)
 
 
 def _draw_headings(

@@ -2,9 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads the results of a replay from its directory."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 import csv
 from dataclasses import dataclass
@@ -22,8 +20,6 @@ from phase_traj_ros.core.path.way import LengthUnit
 from phase_traj_ros.core.status import PairStatus
 from phase_traj_ros.errors import ResultError
 from phase_traj_ros.io.sources.times_file import nanoseconds
-
-_NO_STEP = frozenset(status.value for status in PairStatus if not status.judged)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +54,7 @@ class ReplayedDrive:
     stamps_ns: NDArray[np.int64]
     movement: tuple[Movement, ...]
     direction: tuple[AnyDirection, ...]
-    status: tuple[str, ...]
+    status: tuple[PairStatus, ...]
     directions: type[Direction] | type[Freeman]
     heading: NDArray[np.float64] | None
     turns: tuple[Turn, ...] | None
@@ -96,7 +92,7 @@ class ReplayedDrive:
         """Return the path with a unit step along the measured heading, (n, 2), REP 103 axes."""
         if self.heading is None:
             return None
-        length = np.array([status not in _NO_STEP for status in self.status], np.float64)
+        length = np.array([status.judged for status in self.status], np.float64)
         middle = (self.heading[1:] + self.heading[:-1]) / 2
         steps = np.stack([length * np.cos(middle), length * np.sin(middle)], axis=1)
         return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
@@ -118,8 +114,6 @@ def replay_files(directory: Path) -> Iterator[tuple[dict[str, Any], list[dict[st
         with (directory / 'shifts.csv').open(encoding='utf-8', newline='') as file:
             rows = list(csv.DictReader(file))
         yield content, rows
-    except ResultError:
-        raise
     except OSError as error:
         raise ResultError(
             f'{directory} does not hold a replay ({error.strerror}: {error.filename}): replay'
@@ -143,7 +137,8 @@ def read_replay(directory: Path) -> ReplayedDrive:
 
     """
     with replay_files(directory) as (content, rows):
-        heading, numbers = content.get('heading_deg'), content.get('frame_numbers')
+        heading, turns = content.get('heading_deg'), content.get('turns')
+        numbers = content.get('frame_numbers')
         directions = Freeman if int(content.get('connectivity', 4)) == 8 else Direction
         stamps = [nanoseconds(row['stamp']) for row in rows]
         drive = ReplayedDrive(
@@ -151,10 +146,11 @@ def read_replay(directory: Path) -> ReplayedDrive:
             stamps_ns=np.array([int(content['first_stamp_ns']), *stamps], np.int64),
             movement=tuple(Movement(code) for code in content['movement']),
             direction=tuple(directions(code) for code in content['direction']),
-            status=tuple(content['status']), directions=directions,
+            status=tuple(map(PairStatus, content['status'])), directions=directions,
             heading=None if heading is None else np.radians(
                 np.array(heading, np.float64).reshape(-1)),
-            turns=_read_turns(content.get('turns')), poses=_read_poses(directory),
+            turns=None if turns is None else tuple(map(_turn, turns)),
+            poses=_read_poses(directory),
             unit=LengthUnit(content['path_unit']),
             frame_numbers=None if numbers is None else np.array(numbers, np.int64).reshape(-1),
             source_frames=frozenset(
@@ -181,12 +177,8 @@ def _read_poses(directory: Path) -> NDArray[np.float64] | None:
     return np.stack([x, y, 2 * np.arctan2(qz, qw)], axis=1)
 
 
-def _read_turns(turns: Iterable[Mapping[str, Any]] | None) -> tuple[Turn, ...] | None:
-    if turns is None:
-        return None
-    return tuple(
-        Turn(
-            start_frame=int(turn['start_frame']), end_frame=int(turn['end_frame']),
-            start_ns=round(float(turn['start']) * 1e9), end_ns=round(float(turn['end']) * 1e9),
-            angle_deg=float(turn['angle_deg']), peak_rate_deg_s=float(turn['peak_rate_deg_s']))
-        for turn in turns)
+def _turn(found: Mapping[str, Any]) -> Turn:
+    return Turn(
+        start_frame=int(found['start_frame']), end_frame=int(found['end_frame']),
+        start_ns=round(float(found['start']) * 1e9), end_ns=round(float(found['end']) * 1e9),
+        angle_deg=float(found['angle_deg']), peak_rate_deg_s=float(found['peak_rate_deg_s']))

@@ -15,7 +15,7 @@ from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimat
 from phase_traj_ros.errors import ResultError
 from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION
-from phase_traj_ros.io.results.content import write_json
+from phase_traj_ros.io.results.chain_code import write_json
 from phase_traj_ros.io.results.files import seconds_text
 from phase_traj_ros.tasks.location.report import write_location_report
 from phase_traj_ros.tasks.location.run import Located, LocatedPose

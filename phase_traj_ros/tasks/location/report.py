@@ -47,7 +47,7 @@ def write_location_report(located: Located, path: Path, *, title: str) -> None:
     })
     write_page(
         path, title=title, source=f'{located.odometry.source} on {located.roads.source}',
-        facts=_facts(located), content=Markup(content))
+        facts=_facts(located), content=content)
 
 
 def verdict(located: Located) -> str:

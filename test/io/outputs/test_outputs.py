@@ -16,7 +16,7 @@ from phase_traj_ros.io.outputs.outputs import (
     output_directory,
     output_file,
     Outputs,
-    remove_staging,
+    remove_abandoned,
     STAGING,
 )
 import pytest
@@ -72,6 +72,14 @@ def test_the_next_run_removes_what_a_killed_one_left(tmp_path):
         begun.mkdir()
         put(tmp_path, ['one'])
         assert kept.exists() and begun.exists() and not left.exists()
+
+
+def test_what_a_killed_process_of_a_batch_left_is_removed(tmp_path):
+    with Outputs() as living:
+        kept = living.directory(tmp_path).parent
+        subprocess.run([sys.executable, '-c', KILLED, str(tmp_path)], check=False)
+        remove_abandoned(tmp_path)
+        assert list(tmp_path.iterdir()) == [kept]
 
 
 @pytest.mark.parametrize('error', [KeyboardInterrupt, ValueError, SystemExit, BrokenPipeError])
@@ -313,9 +321,8 @@ def test_a_folder_in_the_way_is_refused_before_the_work(tmp_path, force):
     assert everything(tmp_path) == ['chain_code.json', 'trajectory.png']
 
 
-@pytest.mark.parametrize('links', [True, False])
 @pytest.mark.parametrize('failing', range(5))
-def test_a_set_is_moved_whole_or_not_at_all(tmp_path, monkeypatch, failing, links):
+def test_a_set_is_moved_whole_or_not_at_all(tmp_path, monkeypatch, failing):
     out = tmp_path / 'out'
     put(out, ['a', 'b', 'stale'], 'old')
     (tmp_path / 'drive.gif').write_text('old')
@@ -330,8 +337,6 @@ def test_a_set_is_moved_whole_or_not_at_all(tmp_path, monkeypatch, failing, link
         return replace(path, target)
 
     monkeypatch.setattr(Path, 'replace', failing_replace)
-    if not links:
-        monkeypatch.setattr(commit, '_linked', lambda *_: False)
 
     def write():
         with Outputs() as outputs:
@@ -370,18 +375,6 @@ def test_a_signal_in_the_commit_waits_for_its_end(tmp_path, monkeypatch, number)
             number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
     assert tree(tmp_path) == {'one': 'new', 'two': 'new'}
     assert not list(tmp_path.glob('.*'))
-
-
-# Row 7: a batch removes its own staging only.
-
-def test_a_batch_removes_its_own_staging_only(tmp_path):
-    ours, others = Outputs(batch='ours-'), Outputs(batch='others-')
-    ours.directory(tmp_path / 'a')
-    theirs = others.directory(tmp_path / 'a')
-    remove_staging(tmp_path / 'a', 'ours-')
-    assert theirs.is_dir() and len(list((tmp_path / 'a').iterdir())) == 1
-    remove_staging(tmp_path / 'a', 'others-')
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_manifest_says_who_wrote_it(tmp_path):

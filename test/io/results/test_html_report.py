@@ -17,10 +17,10 @@ from phase_traj_ros.io.replay.overview import overview
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.figures import write_trajectory_picture
 from phase_traj_ros.io.results.files import write_results
+from phase_traj_ros.io.results.pictures import Thumbnails
 from phase_traj_ros.io.results.report import report as html_report
 from phase_traj_ros.io.results.report.page import filled, Markup, script_json, table
 from phase_traj_ros.io.results.report.report import write_report
-from phase_traj_ros.io.results.thumbnails import Thumbnails
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 from polyline import off

@@ -11,9 +11,8 @@ from phase_traj_ros.core import Movement, TrajectoryEstimator
 from phase_traj_ros.core.path.thinning import Thinned
 from phase_traj_ros.io.replay.overview import extremes, outline, overview
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.results.debug_picture import as_shown, draw
 from phase_traj_ros.io.results.figures import write_trajectory_picture
-from phase_traj_ros.io.results.thumbnails import Thumbnails
+from phase_traj_ros.io.results.pictures import as_shown, draw, Thumbnails
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 import pytest

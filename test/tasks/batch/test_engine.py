@@ -11,12 +11,10 @@ import sys
 from fragile import endless, killed_always, killed_once, never_returns, VARIABLE
 from phase_traj_ros.errors import MissingDependencyError, ParameterError
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.tasks.batch import cluster
-from phase_traj_ros.tasks.batch.cluster import dask_executor
-from phase_traj_ros.tasks.batch.engine import Batch
-from phase_traj_ros.tasks.batch.notes import folder_of_notes, Note, stop_jobs, Stopped
+from phase_traj_ros.tasks.batch import executors
+from phase_traj_ros.tasks.batch.engine import Batch, Note, stop_jobs, Stopped
+from phase_traj_ros.tasks.batch.executors import dask_executor, IsolatedProcesses
 from phase_traj_ros.tasks.batch.outcome import Status
-from phase_traj_ros.tasks.batch.processes import IsolatedProcesses
 from phase_traj_ros.tasks.batch.request import batch_of, ReplayRequest
 import pytest
 from rolled import MOVEMENT, write_rolled
@@ -141,10 +139,10 @@ def test_a_replay_that_completes_while_the_batch_ends_is_told_as_complete(tmp_pa
     take = batch._take
     folder = tmp_path / 'results' / 'a'
 
-    def late(done, futures):
+    def late(done):
         if done and not batch._stopping:
             raise KeyboardInterrupt
-        take(done, futures)
+        take(done)
 
     batch._take = late
     with pytest.raises(KeyboardInterrupt):
@@ -164,7 +162,7 @@ def elsewhere(request, progress):
 
 
 def test_a_scheduler_that_ends_leaves_rows(tmp_path, marks, monkeypatch):
-    monkeypatch.setattr(cluster, '_ANSWER_S', 3)
+    monkeypatch.setattr(executors, '_ANSWER_S', 3)
     batch = Batch(jobs_for(
         tmp_path, [write_rolled(tmp_path / name) for name in ('short', 'endless')]), run=endless)
     found = local_cluster(workers=1)
@@ -202,26 +200,27 @@ def test_processes_block_the_signals_from_their_first_moment(processes):
 
 
 def test_notes_tell_of_progress_attempts_and_the_end(tmp_path):
-    with folder_of_notes(tmp_path / 'new', 'x-') as folder:
-        first, second = Note(folder, 0), Note(folder, 1)
-        assert [first.begin(), first.begin(), second.begin()] == [0, 1, 0]
-        assert first.fraction() == 0
-        first(2, 8)
-        assert first.fraction() == 0.25
-        Note(folder, 0)(8, 8)
-        assert first.fraction() == 0.99
-        second(3, None)
-        assert second.fraction() == 0
-        stop_jobs(folder)
-        with pytest.raises(Stopped):
-            Note(folder, 0)(3, 8)
-        with pytest.raises(Stopped):
-            first.begin()
+    folder = tmp_path / 'notes'
+    folder.mkdir()
+    first, second = Note(folder, 0), Note(folder, 1)
+    assert [first.begin(), first.begin(), second.begin()] == [0, 1, 0]
+    assert first.fraction() == 0
+    first(2, 8)
+    assert first.fraction() == 0.25
+    Note(folder, 0)(8, 8)
+    assert first.fraction() == 0.99
+    second(3, None)
+    assert second.fraction() == 0
+    stop_jobs(folder)
+    with pytest.raises(Stopped):
+        Note(folder, 0)(3, 8)
+    with pytest.raises(Stopped):
+        first.begin()
 
 
 def test_no_scheduler(monkeypatch):
     pytest.importorskip('distributed')
-    monkeypatch.setattr(cluster, '_ANSWER_S', 1)
+    monkeypatch.setattr(executors, '_ANSWER_S', 1)
     with (pytest.raises(ParameterError, match='no scheduler answers'),
           dask_executor('tcp://127.0.0.1:9')):
         pass

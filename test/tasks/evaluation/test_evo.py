@@ -12,8 +12,7 @@ from half_size import half_demo
 import numpy as np
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.synthetic import write_drive_bag
-from phase_traj_ros.tasks.evaluation.odometry_errors import relative_errors
-from phase_traj_ros.tasks.evaluation.scores import absolute_error
+from phase_traj_ros.tasks.evaluation.scores import absolute_error, relative_errors
 import pytest
 
 

@@ -3,8 +3,11 @@
 """Errors of odometry, against values calculated by hand."""
 
 import numpy as np
-from phase_traj_ros.tasks.evaluation.odometry_errors import distance_error, relative_errors
-from phase_traj_ros.tasks.evaluation.scores import absolute_error
+from phase_traj_ros.tasks.evaluation.scores import (
+    absolute_error,
+    distance_error,
+    relative_errors,
+)
 import pytest
 
 

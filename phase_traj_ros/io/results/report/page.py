@@ -11,20 +11,16 @@ import json
 from pathlib import Path
 import re
 
-from phase_traj_ros.io.results.palette import DARK, LIGHT
+from phase_traj_ros.io.results.palette import css, DARK, LIGHT
 
 _TOKEN = re.compile(r'\{\{(\w+)\}\}')
-_SUFFIX_TYPES = {'.png': 'image/png', '.jpg': 'image/jpeg', '.svg': 'image/svg+xml'}
 
 
 class Markup(str):
     """Text that is HTML already; any other text is escaped."""
 
 
-Cell = str | Markup
-
-
-def html_of(cell: Cell) -> str:
+def html_of(cell: str) -> str:
     """Return a cell as HTML."""
     return cell if isinstance(cell, Markup) else escape(cell)
 
@@ -35,17 +31,17 @@ def template(name: str) -> str:
     return templates.joinpath(name).read_text(encoding='utf-8')
 
 
-def filled(page: str, values: Mapping[str, Cell]) -> str:
+def filled(page: str, values: Mapping[str, str]) -> Markup:
     """Return a template with each {{name}} replaced; the inserted values are not expanded."""
-    return _TOKEN.sub(lambda match: html_of(values[match[1]]), page)
+    return Markup(_TOKEN.sub(lambda match: html_of(values[match[1]]), page))
 
 
 def table(
-    rows: Iterable[Sequence[Cell]], *, head: Sequence[str] = (), numbers: Sequence[int] = (),
+    rows: Iterable[Sequence[str]], *, head: Sequence[str] = (), numbers: Sequence[int] = (),
     kind: str = '',
 ) -> Markup:
     """Return a table; the columns ``numbers`` are aligned to the right."""
-    def cells(row: Sequence[Cell], tag: str) -> str:
+    def cells(row: Sequence[str], tag: str) -> str:
         return ''.join(
             f'<{tag}{" class=number" if index in numbers else ""}>{html_of(cell)}</{tag}>'
             for index, cell in enumerate(row))
@@ -59,9 +55,9 @@ def table(
     return Markup('\n'.join(lines))
 
 
-def data_uri(content: bytes, suffix: str) -> str:
-    """Return a picture as a data URI; ``suffix`` is .png, .jpg or .svg."""
-    return f'data:{_SUFFIX_TYPES[suffix]};base64,{base64.b64encode(content).decode()}'
+def data_uri(picture: bytes, kind: str) -> str:
+    """Return a picture as a data URI; ``kind`` is png or jpeg."""
+    return f'data:image/{kind};base64,{base64.b64encode(picture).decode()}'
 
 
 def script_json(content: object) -> Markup:
@@ -84,16 +80,11 @@ def write_page(
     """
     digest = base64.b64encode(hashlib.sha256(f'\n{script}\n'.encode()).digest()).decode()
     end = f'<script>\n{script}\n</script>' if script else ''
+    terms = '\n'.join(
+        f'<div><dt>{escape(term)}</dt><dd>{escape(value)}</dd></div>' for term, value in facts)
+    style = filled(template('style.css'), {'light': css(LIGHT), 'dark': css(DARK)})
     page = filled(template('shell.html'), {
-        'title': title, 'source': source, 'facts': _definitions(facts),
-        'style': Markup(filled(template('style.css'), {
-            'light': Markup(LIGHT.css()), 'dark': Markup(DARK.css())})),
+        'title': title, 'source': source, 'facts': Markup(terms), 'style': style,
         'scripts': Markup(f"'sha256-{digest}'" if script else "'none'"),
         'content': Markup(content + end)})
     path.write_bytes(page.encode('utf-8', 'backslashreplace'))
-
-
-def _definitions(items: Iterable[tuple[str, str]]) -> Markup:
-    """Return terms and their descriptions as items of a definition list."""
-    return Markup('\n'.join(
-        f'<div><dt>{escape(term)}</dt><dd>{escape(value)}</dd></div>' for term, value in items))

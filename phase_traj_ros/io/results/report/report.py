@@ -5,15 +5,27 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from html import escape
+import math
 from pathlib import Path
 from typing import Any
 
-from phase_traj_ros.core import CodeSeries, CodeSource, Direction, Movement
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core import (
+    Axes,
+    CodeSeries,
+    CodeSource,
+    Freeman,
+    Movement,
+    normalised,
+    to_axes,
+)
+from phase_traj_ros.core.codes.freeman import to_four
 from phase_traj_ros.io.replay.overview import LOW_RESPONSE, Overview, overview, TurnMark
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.results.content import versions
+from phase_traj_ros.io.results.chain_code import versions
+from phase_traj_ros.io.results.pictures import Thumbnail
 from phase_traj_ros.io.results.report.page import (
-    Cell,
     data_uri,
     filled,
     Markup,
@@ -22,16 +34,12 @@ from phase_traj_ros.io.results.report.page import (
     template,
     write_page,
 )
-from phase_traj_ros.io.results.report.script_data import MOVEMENT_COLOURS, script_data
-from phase_traj_ros.io.results.thumbnails import Thumbnail
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import Parameters, specs
 
-_REMARKS = {Movement.NO_CHANGE: ' (the turn continues, or the pair cannot be judged)'}
-_LEGEND = (
-    *((code.label + _REMARKS.get(code, ''), colour)
-      for code, colour in MOVEMENT_COLOURS.items()),
-    (Direction.BACKWARD.label, '--backward'))
+_MOVEMENT_COLOURS = {
+    Movement.LEFT: '--left', Movement.FORWARD: '--forward', Movement.RIGHT: '--right',
+    Movement.NO_CHANGE: '--rest'}
 
 
 def write_report(
@@ -41,26 +49,25 @@ def write_report(
     """
     Write the report, headed by ``title``.
 
-    ``picture`` is the file of the picture to embed, .png or .svg. ``thumbnails`` are frames to
-    show at the cursor. ``left_out`` is a JPEG picture of the areas that were left out as fixed to
-    the camera; None if there are none.
+    ``picture`` is the PNG file to embed. ``thumbnails`` are frames to show at the cursor.
+    ``left_out`` is a JPEG picture of the areas that were left out as fixed to the camera; None if
+    there are none.
     """
     shown = overview(result)
     content = filled(template('report.html'), {
-        'legend': _legend(),
         'turns': _turns(shown.turns),
         'trust': _trust(result, left_out),
         'health': _health(result, shown),
         'settings': _settings(result),
         'codes': _codes(result),
-        'picture': data_uri(picture.read_bytes(), picture.suffix),
-        'data': script_json(script_data(result, shown, thumbnails)),
+        'picture': data_uri(picture.read_bytes(), 'png'),
+        'data': script_json(_script_data(result, shown, thumbnails)),
         'footer': 'Made by ' + ', '.join(
             f'{name} {version}' for name, version in versions().items()),
     })
     write_page(
         path, title=title, source=result.source, facts=_facts(result, shown),
-        content=Markup(content), script=template('report.js'))
+        content=content, script=template('report.js'))
 
 
 def _facts(result: Replay, shown: Overview) -> Iterator[tuple[str, str]]:
@@ -85,26 +92,19 @@ def _facts(result: Replay, shown: Overview) -> Iterator[tuple[str, str]]:
     yield 'median response', f'{shown.median_response:.3f}'
 
 
-def _legend() -> Markup:
-    return Markup(''.join(
-        f'<span style="--swatch: var({colour})">{escape(name)}</span>'
-        for name, colour in _LEGEND))
-
-
 def _turns(turns: Sequence[TurnMark]) -> Markup:
     if not turns:
         return Markup('<p class="note">The codes contain no turn.</p>')
     measured = any(turn.angle_deg is not None for turn in turns)
     head = ['turn', 'side', 'from (s)', 'to (s)', 'frames', *['angle'] * measured, '']
-    rows: list[list[Cell]] = []
+    rows = []
     for index, turn in enumerate(turns):
-        row: list[Cell] = [
+        angle = '' if turn.angle_deg is None else f'{turn.angle_deg:+.1f}°'
+        rows.append([
             Markup(f'<button type="button" data-turn="{index}">{turn.number}</button>'),
             turn.side.label, f'{turn.start_s:.2f}', f'{turn.end_s:.2f}',
-            f'{turn.pair} to {turn.end_pair + 1}']
-        if measured:
-            row.append('' if turn.angle_deg is None else f'{turn.angle_deg:+.1f}°')
-        rows.append([*row, Markup(f'<span data-strip="{index}"></span>')])
+            f'{turn.pair} to {turn.end_pair + 1}', *[angle] * measured,
+            Markup(f'<span data-strip="{index}"></span>')])
     return table(rows, head=head, numbers=(2, 3), kind='turns')
 
 
@@ -123,7 +123,7 @@ def _trust(result: Replay, left_out: bytes | None) -> Markup:
     if left_out is not None:
         notes.append(
             '<figure><figcaption>Shaded areas are fixed to the camera and left out</figcaption>'
-            f'<img alt="Fixed areas" src="{data_uri(left_out, ".jpg")}"></figure>')
+            f'<img alt="Fixed areas" src="{data_uri(left_out, "jpeg")}"></figure>')
     return Markup(''.join(notes) or '<p class="note">No reason to doubt the result.</p>')
 
 
@@ -192,3 +192,48 @@ def _milliseconds(seconds: float) -> str:
 
 def _share(count: int, total: int) -> str:
     return f'{count} ({100 * count / total:.1f} %)'
+
+
+def _script_data(
+    result: Replay, shown: Overview, thumbnails: Sequence[Thumbnail],
+) -> dict[str, Any]:
+    """Return what the script draws; series of codes are strings of one digit per pair."""
+    statuses = sorted({update.status.value for update in result.updates})
+    directions = sorted(result.codes.directions)
+    # A diagonal has the colour of an adjacent direction.
+    four = [to_four(code) if isinstance(code, Freeman) else code for code in directions]
+    return {
+        'seconds': _numbers(shown.seconds, 4),
+        'dx': _numbers(shown.dx, 2),
+        'response': _numbers(shown.response, 4),
+        'heading': None if shown.heading_deg is None else _numbers(shown.heading_deg, 2),
+        'speed': None if shown.speed is None else _numbers(shown.speed, 3),
+        'speed_unit': f'{result.parameters.settings.length_unit.value}/s',
+        'distance_state': None if shown.speed is None else [
+            '' if update.travel is None else update.travel.state.value
+            for update in result.updates],
+        'movement': ''.join(str(int(update.step.movement)) for update in result.updates),
+        'direction': ''.join(str(int(update.step.direction)) for update in result.updates),
+        'movements': [code.label for code in _MOVEMENT_COLOURS],
+        'movement_colours': list(_MOVEMENT_COLOURS.values()),
+        # The drawing is independent of the unit; normalised values need few digits.
+        'path': np.round(normalised(to_axes(shown.path, Axes.FIGURE)), 4).tolist(),
+        'statuses': statuses,
+        'status': [statuses.index(update.status.value) for update in result.updates],
+        'threshold': result.parameters.settings.threshold_set,
+        'directions': [code.label for code in directions],
+        'direction_colours': [f'--{code.label}' for code in four],
+        'low_response': LOW_RESPONSE,
+        'turns': [{
+            'number': turn.number,
+            'side': turn.side.label,
+            'pair': turn.pair, 'end': turn.end_pair,
+            'start': round(turn.start_s, 4), 'stop': round(turn.end_s, 4),
+        } for turn in shown.turns],
+        'thumbnails': [
+            {'frame': each.frame, 'src': data_uri(each.jpeg, 'jpeg')} for each in thumbnails],
+    }
+
+
+def _numbers(values: NDArray[np.float64], digits: int) -> list[float | None]:
+    return [round(value, digits) if math.isfinite(value) else None for value in values.tolist()]

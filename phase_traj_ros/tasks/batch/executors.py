@@ -1,13 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""An executor with processes that are isolated from each other."""
+"""The executors of a batch: isolated processes of this machine, or a Dask cluster."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from multiprocessing import get_context, parent_process, resource_tracker
 import os
 import signal
@@ -15,6 +13,7 @@ from threading import get_ident, Thread
 from typing import ParamSpec, TypeVar
 
 import cv2
+from phase_traj_ros.errors import MissingDependencyError, ParameterError
 from phase_traj_ros.io.outputs.commit import STOPPING
 
 _P = ParamSpec('_P')
@@ -22,6 +21,7 @@ _T = TypeVar('_T')
 
 # How often a call is tried whose process dies; the caller may give up earlier.
 _MOST_ATTEMPTS = 3
+_ANSWER_S = 30
 
 
 class IsolatedProcesses(ThreadPoolExecutor):
@@ -60,6 +60,55 @@ class IsolatedProcesses(ThreadPoolExecutor):
             return process.submit(fn, *args, **kwargs).result()
         finally:
             self._own[get_ident()] = process
+
+
+@contextmanager
+def dask_executor(address: str) -> Iterator[Executor]:
+    """
+    Yield an executor that runs calls on a Dask cluster.
+
+    Each worker needs this package, and the sources and the folder of results under the same
+    paths. If a worker dies, the scheduler gives its call to another one. If the scheduler ends,
+    the futures are cancelled.
+
+    Parameters
+    ----------
+    address
+        Address of the scheduler, such as tcp://host:8786.
+
+    Raises
+    ------
+    MissingDependencyError
+        dask or distributed is not installed.
+    ParameterError
+        No scheduler answers at the address, or it has no workers.
+
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise MissingDependencyError(
+            f'a dask cluster needs dask and distributed ({error}): install phase_traj_ros[dask]'
+        ) from None
+    try:
+        client = Client(address, timeout=_ANSWER_S)
+    except (OSError, ValueError) as error:
+        raise ParameterError(
+            f'dask at {address}: no scheduler answers there ({error}); start one with'
+            ' dask-scheduler, or check the address') from None
+    try:
+        try:
+            client.wait_for_workers(1, timeout=_ANSWER_S)
+        except TimeoutError:
+            raise ParameterError(
+                f'dask at {address}: the scheduler has no workers; start some with dask-worker'
+            ) from None
+        # Not pure: a source that is requested again is replayed again.
+        yield client.get_executor(pure=False)
+    finally:
+        # The scheduler may have ended.
+        with suppress(Exception):
+            client.close(timeout=_ANSWER_S)
 
 
 def _process() -> ProcessPoolExecutor:

@@ -1,7 +1,8 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The debug image: what the estimator sees, and its result."""
+"""Pictures of frames: thumbnails, what was left out of them, and the debug image."""
 
+from dataclasses import dataclass
 import math
 from typing import cast
 
@@ -10,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import LengthUnit, PAPER_THRESHOLD, TrajectoryEstimator, Update
 from phase_traj_ros.core.frames.prepare import prepare
+from phase_traj_ros.core.path.thinning import Thinned
 from phase_traj_ros.io.images.decoding import GreyImage
+from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.palette import bgr, DARK, LIGHT
 from phase_traj_ros.io.sources.base import StampedFrame
 
@@ -18,8 +21,87 @@ _SHIFT, _THRESHOLD, _BAND = bgr(DARK.line), bgr(DARK.accent), bgr(LIGHT.line)
 _TEXT, _RIM = (255, 255, 255), (0, 0, 0)
 _INSET_SHARE = 0.28
 _FIXED, _SHADE = bgr(DARK.warn), 0.5
+_JPEG_QUALITY = 72
 
 Picture = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True)
+class Thumbnail:
+    """A small JPEG image of a frame."""
+
+    frame: int
+    """Number of the frame, 0 for the first. Frame n is the second one of pair n - 1."""
+    jpeg: bytes
+
+
+class Thumbnails(Watcher):
+    """
+    Watches a replay and keeps thumbnails of frames that are spread evenly over it.
+
+    The number of thumbnails and their total size are bounded.
+    """
+
+    def __init__(
+        self, *, width: int = 448, limit: int = 400, max_bytes: int = 5_500_000,
+    ) -> None:
+        """Keep up to ``limit`` images of ``width`` pixels at most, ``max_bytes`` in total."""
+        self._width = width
+        self._max_bytes = max_bytes
+        self._thinned: Thinned[Thumbnail] = Thinned(limit)
+
+    @property
+    def kept(self) -> tuple[Thumbnail, ...]:
+        """Return the thumbnails, in order."""
+        return self._thinned.kept
+
+    def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
+        """Start with the first frame."""
+        self._thinned.clear()
+        self._take(frame, 0, estimator)
+
+    def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
+        """Take the second frame of a pair."""
+        self._take(frame, update.pair + 1, estimator)
+
+    def _take(self, frame: StampedFrame, number: int, estimator: TrajectoryEstimator) -> None:
+        if not self._thinned.wants_next:
+            self._thinned.offer(None)
+            return
+        self._thinned.offer(Thumbnail(number, _jpeg(_small(frame, estimator, self._width))))
+        while sum(len(each.jpeg) for each in self.kept) > self._max_bytes and len(self.kept) > 1:
+            self._thinned.thin()
+
+
+class LeftOutPicture(Watcher):
+    """Keeps the newest frame of which a part is masked out as fixed to the camera."""
+
+    def __init__(self, *, width: int = 640) -> None:
+        """Make an image at most ``width`` pixels wide."""
+        self._width = width
+        self._kept: tuple[StampedFrame, NDArray[np.uint8], TrajectoryEstimator] | None = None
+
+    def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
+        """Start with the first frame."""
+        self._kept = None
+
+    def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
+        """Take the second frame of a pair."""
+        left_out = estimator.left_out
+        if left_out is not None:
+            self._kept = frame, left_out, estimator
+
+    @property
+    def jpeg(self) -> bytes | None:
+        """Return the frame with the fixed areas shaded; None if there never were any."""
+        if self._kept is None:
+            return None
+        frame, left_out, estimator = self._kept
+        grey = _small(frame, estimator, self._width)
+        picture = cast('Picture', cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR))
+        fixed = cv2.resize(left_out, grey.shape[::-1], interpolation=cv2.INTER_NEAREST)
+        shade(picture, cast('Picture', fixed), rotate_180=estimator.settings.view.rotate_180)
+        return _jpeg(picture)
 
 
 def as_shown(image: GreyImage, *, rotate_180: bool) -> Picture:
@@ -68,6 +150,20 @@ def shade(picture: Picture, left_out: NDArray[np.uint8], *, rotate_180: bool) ->
     picture[fixed] = tinted.astype(np.uint8)
 
 
+def _jpeg(picture: Picture) -> bytes:
+    return cv2.imencode('.jpg', picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
+
+
+def _small(frame: StampedFrame, estimator: TrajectoryEstimator, width: int) -> Picture:
+    """Return an upright 8-bit copy of a frame, at most ``width`` pixels wide."""
+    picture = as_shown(frame.image, rotate_180=estimator.settings.view.rotate_180)
+    rows, columns = picture.shape
+    if columns <= width:
+        return picture.copy()
+    size = (width, max(round(rows * width / columns), 1))
+    return cast('Picture', cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
+
+
 def _draw_shift(picture: Picture, update: Update, threshold: float | None) -> None:
     height, width, _ = picture.shape
     # Scaled so that +T and -T are a quarter of the width away.
@@ -105,8 +201,13 @@ def _draw_text(picture: Picture, update: Update, unit: LengthUnit) -> None:
         f'movement {int(movement)} {movement.label}   direction {int(direction)}'
         f' {direction.label}   {update.status.value}',
         measured]
-    if update.travel is not None:
-        lines.append(_distance_line(update, unit))
+    travel, speed = update.travel, update.speed
+    if travel is not None and speed is None:
+        lines.append(f'distance {travel.state.value}')
+    elif travel is not None:
+        lines.append(
+            f'distance {travel.distance:.2f} +- {math.sqrt(travel.variance):.2f} {unit.value}'
+            f' {travel.state.value}   speed {speed:.2f} {unit.value}/s')
     scale = max(picture.shape[1] / 1600, 0.35)
     for index, line in enumerate(lines):
         column, row = 8, round((index + 1) * 34 * scale)
@@ -116,13 +217,3 @@ def _draw_text(picture: Picture, update: Update, unit: LengthUnit) -> None:
             cv2.putText(
                 picture, line, (column + right, row + down), cv2.FONT_HERSHEY_SIMPLEX, scale,
                 colour, 1, cv2.LINE_AA)
-
-
-def _distance_line(update: Update, unit: LengthUnit) -> str:
-    travel, speed = update.travel, update.speed
-    assert travel is not None
-    if speed is None:
-        return f'distance {travel.state.value}'
-    return (
-        f'distance {travel.distance:.2f} +- {math.sqrt(travel.variance):.2f} {unit.value}'
-        f' {travel.state.value}   speed {speed:.2f} {unit.value}/s')

@@ -1,0 +1,199 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Writes chain_code.json, of which a replay and the node have many parts in common."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from enum import Enum
+import json
+import math
+from pathlib import Path
+import platform
+from typing import Any
+
+import cv2
+import numpy as np
+import phase_traj_ros
+from phase_traj_ros.core import (
+    Direction,
+    LengthUnit,
+    LinkCode,
+    Movement,
+    pack,
+    Run,
+    TrajectoryEstimator,
+    Way,
+)
+from phase_traj_ros.core.correlation.transforms import find_transform
+from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.core.reliability.verdict import Reliability
+from phase_traj_ros.io.messages.mounting import Mounting
+from phase_traj_ros.io.replay.run import Replay
+
+
+def write_chain_code(result: Replay, path: Path) -> None:
+    """Write codes, turns and camera as JSON; docs/reference/files.md describes the keys."""
+    content: dict[str, Any] = {
+        'source': result.source,
+        'frames': result.frames,
+        'threshold': result.parameters.settings.threshold_set,
+        'movement': result.movement,
+        'direction': result.direction,
+        'movement_runs': _pairs(result.codes.movement.runs),
+        'direction_runs': _pairs(result.codes.direction.runs),
+        'movement_packed': pack(result.movement).hex(),
+        **({'direction_packed': pack(result.direction).hex()}
+           if result.codes.directions is Direction else {}),
+        'status': [update.status for update in result.updates],
+        **_reliability_content(result.reliability),
+        'cuts': [update.pair for update in result.updates if update.cut],
+        **_heading_content(result),
+        **_mount_content(result.mounting),
+        'path_unit': result.path_unit,
+        'frame_numbers': None if result.frame_numbers is None else list(result.frame_numbers),
+        'source_frames': result.source_frames,
+        'first_stamp_ns': result.first_stamp_ns,
+        'last_stamp_ns': result.updates[-1].stamp_ns,
+        'dropped_frames': result.counters.dropped,
+        'skipped_frames': result.counters.skipped,
+        'repeated_frames': result.counters.repeated,
+        'time_resets': result.counters.time_resets,
+        'versions': versions(),
+        **_way_content(result.way, result.links, unit=result.parameters.settings.length_unit),
+    }
+    if result.links is not None:
+        content['links'] = list(result.links.series)
+    write_json(content, path)
+
+
+def _heading_content(result: Replay) -> dict[str, Any]:
+    """Return heading, turns and camera; empty if the heading is not measured."""
+    headings = np.fromiter((
+        (update.heading.heading, update.heading.bridged)
+        for update in result.updates if update.heading is not None),
+        np.dtype((np.float64, 2)))
+    if not len(headings):
+        return {}
+    return {
+        'code_source': result.parameters.settings.code_source,
+        'connectivity': result.parameters.connectivity,
+        'path_from': result.parameters.settings.drawn_from,
+        'focal_px': result.focal_px,
+        'camera': result.camera,
+        'speed': result.parameters.speed,
+        'heading_deg': [
+            0.0, *(round(each, 4) for each in np.degrees(headings[:, 0]).tolist())],
+        'bridged_share': float(headings[:, 1].mean()),
+        'turns': _turn_list(result.turns),
+        'field_of_view': result.field_of_view,
+    }
+
+
+def chain_code_of(
+    estimator: TrajectoryEstimator, mounting: Mounting, *, source: str,
+) -> dict[str, Any]:
+    """Return what is known while a drive goes on; the runs are as many as are kept."""
+    codes, settings, heading = estimator.codes, estimator.settings, estimator.heading
+    return {
+        'source': source,
+        'frames': estimator.frames,
+        'threshold': settings.threshold_set,
+        'code_source': settings.code_source,
+        'connectivity': settings.connectivity,
+        'path_from': settings.drawn_from,
+        'movement_runs': _pairs(codes.movement.runs),
+        'direction_runs': _pairs(codes.direction.runs),
+        'movement_totals': codes.movement.totals_of(Movement),
+        'direction_totals': codes.direction.totals_of(codes.directions),
+        'counters': dict(estimator.counters.as_dict()),
+        **_reliability_content(estimator.reliability.of_drive),
+        'turns': _turn_list(estimator.turns),
+        **({} if heading is None else {
+            'heading_deg': math.degrees(heading.tracker.heading),
+            'bridged_share': heading.tracker.bridged_share,
+            'focal_px': heading.camera.focal_px,
+            'field_of_view': heading.camera.field_of_view,
+            'camera': heading.camera.in_use}),
+        'versions': versions(),
+        **_way_content(estimator.way, estimator.links, unit=settings.length_unit),
+        **_mount_content(mounting),
+    }
+
+
+def _way_content(way: Way, links: LinkCode | None, *, unit: LengthUnit) -> dict[str, Any]:
+    """Return distance and equal links in the form of the files, as far as there are any."""
+    content: dict[str, Any] = {}
+    if way.pairs:
+        content = {
+            'distance': round(way.distance, 4),
+            'distance_unit': unit,
+            'distance_states': {state.value: count for state, count in way.states.items()}}
+    if links is not None:
+        content |= {
+            'code_step': links.step,
+            'code_step_unit': unit,
+            'links_runs': _pairs(links.series.runs),
+            'links_totals': links.series.totals_of(links.directions)}
+    return content
+
+
+def _reliability_content(found: Reliability) -> dict[str, Any]:
+    """Return the reliability of a result in the form of the files."""
+    return {
+        'reliable': found.reliable,
+        'reasons': found.reasons,
+        'unreliable_spans': [
+            {'start': span.start_ns / 1e9, 'end': span.end_ns / 1e9, 'reasons': span.reasons}
+            for span in found.spans],
+    }
+
+
+def _mount_content(mounting: Mounting) -> dict[str, Any]:
+    """Return the mount of the camera in the form of the files, if it is known."""
+    if mounting.mount is None:
+        return {}
+    return {'mount': {**asdict(mounting.mount), 'found': dict(mounting.found)}}
+
+
+def _turn_list(turns: Iterable[Turn]) -> list[dict[str, float]]:
+    """Return turns in the form of the files: times in seconds, angles in degrees."""
+    return [
+        {
+            'start_frame': turn.start_frame,
+            'end_frame': turn.end_frame,
+            'start': turn.start_ns / 1e9,
+            'end': turn.end_ns / 1e9,
+            'angle_deg': round(turn.angle_deg, 3),
+            'peak_rate_deg_s': round(turn.peak_rate_deg_s, 3),
+            'quarter_turns': turn.quarter_turns,
+        }
+        for turn in turns]
+
+
+def versions() -> dict[str, str]:
+    """Return the versions on which results depend, with the library of the transforms."""
+    return {
+        'phase_traj_ros': phase_traj_ros.__version__,
+        'python': platform.python_version(),
+        'numpy': np.__version__,
+        'opencv': cv2.__version__,
+        'transforms': find_transform().name,
+    }
+
+
+def write_json(content: Mapping[str, object], path: Path) -> None:
+    """Write an object as JSON, one line per key, so that long lists stay readable."""
+    lines = ',\n'.join(
+        f'  {json.dumps(key)}: {json.dumps(value, default=_plain)}'
+        for key, value in content.items())
+    path.write_text(f'{{\n{lines}\n}}\n', encoding='utf-8')
+
+
+def _pairs(runs: Sequence[Run[Any]]) -> list[tuple[int, int]]:
+    """Return runs as (code, count)."""
+    return [(run.code, run.count) for run in runs]
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of an enumeration or a dataclass in the form of the files."""
+    return value.value if isinstance(value, Enum) else asdict(value)
