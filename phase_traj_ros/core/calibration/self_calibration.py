@@ -58,7 +58,9 @@ class SelfCalibration:
         self._log_column: Numbers = np.log(
             (1.0 - cropped) * whole + cropped / np.ptp(_COLUMNS))
         self._horizon = HorizonEstimator()
-        self._frames, self._attempts, self._fits = 0, 0, 0
+        self.turns = 0
+        """Number of parts of turns that were used."""
+        self._frames, self._attempts = 0, 0
         self._estimate: CameraEstimate | None = None
 
     def use_mask(self, mask: NDArray[np.uint8] | None) -> None:
@@ -106,11 +108,6 @@ class SelfCalibration:
         self._learn(self._tracker.finish())
 
     @property
-    def turns(self) -> int:
-        """Return the number of parts of turns that were used."""
-        return self._fits
-
-    @property
     def estimate(self) -> CameraEstimate:
         """
         Return the current estimate; before the first turn, the prior.
@@ -135,7 +132,7 @@ class SelfCalibration:
             focal_deviation=math.hypot(focal_deviation, CAMERA.common_error),
             straightness=straight, straightness_deviation=straight_deviation,
             column_px=column, column_deviation_px=column_deviation,
-            **self._horizon.horizon.degrees(), turns=self._fits)
+            **self._horizon.horizon.degrees(), turns=self.turns)
         return self._estimate
 
     def _learn(self, tracks: TurnTracks | None) -> bool:
@@ -147,7 +144,7 @@ class SelfCalibration:
         fit = self._fit(tracks, width)
         if fit is None:
             return False
-        self._fits += 1
+        self.turns += 1
         self._log_lens += _log_likelihood(fit, width)
         own = TUNING.deviation_factor ** 2 * float(fit.covariance[2, 2]) / width ** 2
         variance = TUNING.column_error ** 2 + own
@@ -160,7 +157,7 @@ class SelfCalibration:
     def _fit(self, tracks: TurnTracks, width: int) -> TurnFit | None:
         """Fit from the estimate; if that fails, from other start values."""
         fit = None
-        if self._fits and self.estimate.focal_deviation < TUNING.known_focal_deviation:
+        if self.turns and self.estimate.focal_deviation < TUNING.known_focal_deviation:
             known = self.estimate
             fit = fit_turn(
                 tracks, [(known.focal_px, known.straightness, known.column_px)], width=width)

@@ -127,9 +127,6 @@ class CylinderProjection:
     def _check_sizes(self, camera: CameraModel) -> None:
         height, width = self._frame_shape
         down, across = self._reduction
-        if min(width, height) < MIN_SIDE:
-            raise FrameError(
-                f'frame is {width}x{height} pixels: give at least {MIN_SIDE}x{MIN_SIDE}')
         if min(self.shape) < MIN_SIDE:
             raise FrameError(
                 f'with a focal length of {camera.fx:.6g} pixels, frames of {width}x{height} pixels'

@@ -38,28 +38,21 @@ class BlockMatcher:
 
         """
         self._px_per_rad = projection.px_per_rad
-        self._grid = BlockGrid(counts)
-        if len(self._grid.centres) < TUNING.min_blocks:
+        self.grid = BlockGrid(counts)
+        """The grid, which knows the blocks that are fixed to the camera or masked."""
+        if len(self.grid.centres) < TUNING.min_blocks:
             raise FrameError('the mask covers too much of the frames to measure yaw: give one'
                              ' that covers less')
-        columns, rows = self._grid.centres.T
+        columns, rows = self.grid.centres.T
         azimuths = np.interp(columns, np.arange(projection.shape[1]), projection.azimuths)
         slopes = np.interp(rows, np.arange(projection.shape[0]), projection.slopes)
         self._fit = MotionFit(
             azimuths, slopes, deviation=TUNING.block_deviation_px / self._px_per_rad)
         self._on_road = slopes > TUNING.road_slope
 
-    def forget(self) -> None:
-        """Forget which blocks are fixed to the camera."""
-        self._grid.forget()
-
-    def use_mask(self, counts: NDArray[np.bool_]) -> bool:
-        """Use only blocks that are True in ``counts``; return False if they would be too few."""
-        return self._grid.use_mask(counts, least=TUNING.min_blocks)
-
     def keyframe(self, picture: NDArray[np.uint8], travel: FocusOfExpansion) -> Keyframe:
         """Return a picture, (H, W), as a keyframe with this direction of travel."""
-        return Keyframe(self._grid.extract(picture), travel)
+        return Keyframe(self.grid.extract(picture), travel)
 
     def match(
         self, key: Keyframe, current: NDArray[np.uint8], expected: tuple[float, float],
@@ -71,7 +64,7 @@ class BlockMatcher:
         ``expected`` is the shift (dx, dy) since the previous frame, in pixels, around which the
         blocks are searched, and ``travel`` the predicted direction of travel.
         """
-        blocks = self._grid.measure(key.picture, current, expected=key.moved + np.array(expected))
+        blocks = self.grid.measure(key.picture, current, expected=key.moved + np.array(expected))
         motion = self._fit(
             blocks.dx / self._px_per_rad, blocks.dy / self._px_per_rad, blocks.weight, travel,
             aside=key.picture.aside / self._px_per_rad, down=key.picture.down / self._px_per_rad,
@@ -87,4 +80,4 @@ class BlockMatcher:
             # Straight ahead, distant parts of the scene do not move; the road is near, and does.
             drives = quantile(np.hypot(blocks.dx, blocks.dy), 0.5) > TUNING.min_road_shift_px
             must_move = self._on_road & drives
-        self._grid.learn(blocks, must_move)
+        self.grid.learn(blocks, must_move)
