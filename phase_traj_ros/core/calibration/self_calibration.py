@@ -109,20 +109,10 @@ class SelfCalibration:
 
     @property
     def estimate(self) -> CameraEstimate:
-        """
-        Return the current estimate; before the first turn, the prior.
-
-        Raises
-        ------
-        ValueError
-            It is called before the first frame.
-
-        """
-        height, width = self._shape
-        if not width:
-            raise ValueError('the camera is unknown before the first frame: give one first')
+        """Return the current estimate for frames of the size so far; at first, the prior."""
         if self._estimate is not None:
             return self._estimate
+        height, width = self._shape
         density = _density(self._log_lens)
         focal, focal_deviation = _moments(density.sum(axis=1), _FOCALS)
         straight, straight_deviation = _moments(density.sum(axis=0), _STRAIGHTS)

@@ -59,7 +59,7 @@ class CylinderProjection:
             The camera shows too little of the band, or the frames are too large.
 
         """
-        height, width = self._frame_shape = camera.shape
+        height, width = camera.shape
         upright = camera.turned_180() if rotate_180 else camera
         left, right, above, below = _extent(upright, tuning)
         usual = max(tuning.usual_px_per_rad, tuning.min_columns / max(right - left, 1e-9))
@@ -96,18 +96,7 @@ class CylinderProjection:
             cv2.CV_16SC2)
 
     def __call__(self, frame: Frame) -> Frame:
-        """
-        Return a frame (H, W) on the cylinder, of size ``shape`` and of the same type.
-
-        Raises
-        ------
-        FrameError
-            The size of the frame differs from that of the camera model.
-
-        """
-        if frame.shape != self._frame_shape:
-            raise FrameError(
-                f'frame has shape {frame.shape}: give grey frames of shape {self._frame_shape}')
+        """Return a frame of the camera, (H, W), on the cylinder, (rows, columns), in its type."""
         return cv2.remap(  # type: ignore[return-value]
             reduced(frame, *self._reduction), *self._maps, cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_REPLICATE)
@@ -125,7 +114,7 @@ class CylinderProjection:
         return len(self.slopes), len(self.azimuths)
 
     def _check_sizes(self, camera: CameraModel) -> None:
-        height, width = self._frame_shape
+        height, width = camera.shape
         down, across = self._reduction
         if min(self.shape) < MIN_SIDE:
             raise FrameError(

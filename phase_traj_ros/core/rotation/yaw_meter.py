@@ -16,11 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import Shift
-from phase_traj_ros.core.rotation.block_matcher import BlockMatcher, Match
+from phase_traj_ros.core.rotation.block_matcher import BlockMatcher, Keyframe, Match
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
 from phase_traj_ros.core.rotation.cross_traffic import CrossTraffic
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
-from phase_traj_ros.core.rotation.keyframe import Keyframe
 from phase_traj_ros.core.rotation.scanline import Scanline
 from phase_traj_ros.core.rotation.tuning import TUNING
 from phase_traj_ros.core.rotation.whole_shift import WholeShift
@@ -92,7 +91,7 @@ class YawMeter:
         Raises
         ------
         FrameError
-            The size of the mask differs from that of the frames, or the mask covers too much.
+            The mask covers too much.
 
         """
         self._projection = projection
