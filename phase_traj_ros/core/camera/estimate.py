@@ -3,7 +3,7 @@
 """Estimates of a camera that is learned from drives."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 import math
 
 import numpy as np
@@ -101,7 +101,7 @@ class CameraEstimate:
         """Return the horizontal field of view with its uncertainty."""
         factor = math.exp(self.focal_deviation)
         wide, narrow = (
-            OneNumberLens(focal_px, self.straightness).hfov_deg(self.width, column=self.column_px)
+            replace(self, focal_px=focal_px).hfov_deg
             for focal_px in (self.focal_px / factor, self.focal_px * factor))
         return FieldOfView(self.hfov_deg, (wide - narrow) / 2, self.probability, self.turns)
 

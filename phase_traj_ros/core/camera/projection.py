@@ -14,7 +14,7 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.lens_family import MAX_FOCAL_PX
+from phase_traj_ros.core.camera.lens_family import MAX_FOCAL_PX, Numbers
 from phase_traj_ros.core.camera.model import CameraModel, Distortion, ImagePoints
 from phase_traj_ros.core.camera.tuning import CameraTuning, TUNING
 from phase_traj_ros.core.correlation.phase_correlation import Frame, MIN_SIDE
@@ -126,7 +126,7 @@ class CylinderProjection:
                 f' {width}x{height} pixels are too large to measure yaw: give the right focal_px'
                 ' or hfov_deg')
 
-    def _samples(self, low: float, high: float) -> NDArray[np.float64]:
+    def _samples(self, low: float, high: float) -> Numbers:
         # Limited, so that a wrong size is reported before it exhausts the memory.
         count = int(min(max(0.0, (high - low) * self.px_per_rad), _MOST_SIDE + 1))
         most = (count - 1) / 2 / self.px_per_rad
@@ -134,9 +134,7 @@ class CylinderProjection:
         return np.linspace(middle - most, middle + most, count)
 
 
-def _project(
-    camera: CameraModel, azimuths: NDArray[np.float64], slopes: NDArray[np.float64],
-) -> ImagePoints:
+def _project(camera: CameraModel, azimuths: Numbers, slopes: Numbers) -> ImagePoints:
     """Return the image positions of each slope (rows) at each azimuth (columns)."""
     return camera.project(
         np.tan(azimuths), np.outer(slopes, 1 / np.cos(azimuths)), np.ones((1, 1)))
@@ -176,7 +174,7 @@ def _extent(camera: CameraModel, band: CameraTuning) -> tuple[float, float, floa
 
 
 def _visible_range(
-    values: NDArray[np.float64], seen: NDArray[np.bool_], start: NDArray[np.float64],
+    values: Numbers, seen: NDArray[np.bool_], start: Numbers,
 ) -> tuple[float, float]:
     """Return the first and last of the values around ``start`` that are all seen."""
     nearest = int(np.abs(values - start).argmin())
@@ -186,6 +184,6 @@ def _visible_range(
     return float(values[first]), float(values[last])
 
 
-def _reduced(position: NDArray[np.float64], times: int) -> NDArray[np.float32]:
+def _reduced(position: Numbers, times: int) -> NDArray[np.float32]:
     """Convert pixel coordinates of the frame to those of the reduced frame."""
     return ((position + 0.5) / times - 0.5).astype(np.float32)
