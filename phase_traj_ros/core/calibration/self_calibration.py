@@ -58,7 +58,9 @@ class SelfCalibration:
         self._log_column: Numbers = np.log(
             (1.0 - cropped) * whole + cropped / np.ptp(_COLUMNS))
         self._horizon = HorizonEstimator()
-        self._frames, self._attempts, self._fits = 0, 0, 0
+        self.turns = 0
+        """Number of parts of turns that were used."""
+        self._frames, self._attempts = 0, 0
         self._estimate: CameraEstimate | None = None
 
     def use_mask(self, mask: NDArray[np.uint8] | None) -> None:
@@ -106,26 +108,11 @@ class SelfCalibration:
         self._learn(self._tracker.finish())
 
     @property
-    def turns(self) -> int:
-        """Return the number of parts of turns that were used."""
-        return self._fits
-
-    @property
     def estimate(self) -> CameraEstimate:
-        """
-        Return the current estimate; before the first turn, the prior.
-
-        Raises
-        ------
-        ValueError
-            It is called before the first frame.
-
-        """
-        height, width = self._shape
-        if not width:
-            raise ValueError('the camera is unknown before the first frame: give one first')
+        """Return the current estimate for frames of the size so far; at first, the prior."""
         if self._estimate is not None:
             return self._estimate
+        height, width = self._shape
         density = _density(self._log_lens)
         focal, focal_deviation = _moments(density.sum(axis=1), _FOCALS)
         straight, straight_deviation = _moments(density.sum(axis=0), _STRAIGHTS)
@@ -135,7 +122,7 @@ class SelfCalibration:
             focal_deviation=math.hypot(focal_deviation, CAMERA.common_error),
             straightness=straight, straightness_deviation=straight_deviation,
             column_px=column, column_deviation_px=column_deviation,
-            **self._horizon.horizon.degrees(), turns=self._fits)
+            **self._horizon.horizon.degrees(), turns=self.turns)
         return self._estimate
 
     def _learn(self, tracks: TurnTracks | None) -> bool:
@@ -147,7 +134,7 @@ class SelfCalibration:
         fit = self._fit(tracks, width)
         if fit is None:
             return False
-        self._fits += 1
+        self.turns += 1
         self._log_lens += _log_likelihood(fit, width)
         own = TUNING.deviation_factor ** 2 * float(fit.covariance[2, 2]) / width ** 2
         variance = TUNING.column_error ** 2 + own
@@ -160,7 +147,7 @@ class SelfCalibration:
     def _fit(self, tracks: TurnTracks, width: int) -> TurnFit | None:
         """Fit from the estimate; if that fails, from other start values."""
         fit = None
-        if self._fits and self.estimate.focal_deviation < TUNING.known_focal_deviation:
+        if self.turns and self.estimate.focal_deviation < TUNING.known_focal_deviation:
             known = self.estimate
             fit = fit_turn(
                 tracks, [(known.focal_px, known.straightness, known.column_px)], width=width)

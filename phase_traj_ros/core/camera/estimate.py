@@ -3,11 +3,11 @@
 """Estimates of a camera that is learned from drives."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 import math
 
 import numpy as np
-from phase_traj_ros.core.camera.horizon import combined as combined_horizon, Horizon
+from phase_traj_ros.core.camera.horizon import Horizon, HorizonEstimator
 from phase_traj_ros.core.camera.lens_family import OneNumberLens, PINHOLE
 from phase_traj_ros.core.camera.tuning import TUNING
 
@@ -101,7 +101,7 @@ class CameraEstimate:
         """Return the horizontal field of view with its uncertainty."""
         factor = math.exp(self.focal_deviation)
         wide, narrow = (
-            OneNumberLens(focal_px, self.straightness).hfov_deg(self.width, column=self.column_px)
+            replace(self, focal_px=focal_px).hfov_deg
             for focal_px in (self.focal_px / factor, self.focal_px * factor))
         return FieldOfView(self.hfov_deg, (wide - narrow) / 2, self.probability, self.turns)
 
@@ -143,29 +143,35 @@ def combined(estimates: Sequence[CameraEstimate]) -> CameraEstimate:
                 ' pixels are not of one camera: give recordings of one')
     scales = [first.width / each.width for each in estimates]
     log_focal, deviation = _mean(
-        [math.log(each.focal_px * scale) for each, scale in zip(estimates, scales)],
-        [each.focal_deviation for each in estimates], TUNING.common_error)
+        [(math.log(each.focal_px * scale), each.focal_deviation)
+         for each, scale in zip(estimates, scales)], TUNING.common_error)
     straightness, straightness_deviation = _mean(
-        [each.straightness for each in estimates],
-        [each.straightness_deviation for each in estimates], TUNING.common_error)
+        [(each.straightness, each.straightness_deviation) for each in estimates],
+        TUNING.common_error)
     column, column_deviation = _mean(
-        [each.column_px * scale for each, scale in zip(estimates, scales)],
-        [each.column_deviation_px * scale for each, scale in zip(estimates, scales)], 0.0)
+        [(each.column_px * scale, each.column_deviation_px * scale)
+         for each, scale in zip(estimates, scales)], 0.0)
+    horizon = HorizonEstimator()
+    for each in estimates:
+        horizon.add(each.horizon)
     return CameraEstimate(
         width=first.width, height=first.height, focal_px=math.exp(log_focal),
         focal_deviation=deviation, straightness=straightness,
         straightness_deviation=straightness_deviation,
         column_px=column, column_deviation_px=column_deviation,
-        **combined_horizon([each.horizon for each in estimates]).degrees(),
+        **horizon.horizon.degrees(),
         turns=sum(each.turns for each in estimates))
 
 
-def _mean(
-    values: Sequence[float], deviations: Sequence[float], common: float,
-) -> tuple[float, float]:
-    """Return the mean and its deviation; ``common`` is the deviation that does not average out."""
+def _mean(estimates: Sequence[tuple[float, float]], common: float) -> tuple[float, float]:
+    """
+    Return the mean of values with deviations, and its deviation.
+
+    ``common`` is the deviation that does not average out.
+    """
+    values, deviations = np.array(estimates).T
     weights = 1.0 / np.maximum(np.square(deviations) - common ** 2, 1e-6)
     mean = np.average(values, weights=weights)
     # If the values scatter more than their deviations, the result is less certain.
-    spread = weights @ np.square(np.subtract(values, mean)) / max(len(values) - 1, 1)
+    spread = weights @ np.square(values - mean) / max(len(values) - 1, 1)
     return float(mean), math.sqrt(max(1.0, spread) / weights.sum() + common ** 2)

@@ -10,7 +10,6 @@ Image axes are x to the right, y down, z forward. Pitch is positive down and rol
 side down (REP 103).
 """
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 import math
 
@@ -54,17 +53,25 @@ class Horizon:
 
 
 class HorizonEstimator:
-    """Estimates the tilt from turns, with constant memory."""
+    """
+    Estimates the tilt from turns or recordings, with constant memory.
+
+    Pitch and roll are robust running means, weighted by their variances, with a prior mean of 0.
+    """
 
     def __init__(self) -> None:
         """Start with the prior."""
-        self._pitch = _RobustMean(TUNING.pitch_deviation)
-        self._roll = _RobustMean(TUNING.roll_deviation)
+        self._weight = np.array([TUNING.pitch_deviation, TUNING.roll_deviation]) ** -2
+        self._sum = np.zeros(2)
 
     def add(self, horizon: Horizon) -> None:
-        """Add an estimate of the tilt."""
-        self._pitch.add(horizon.pitch, horizon.pitch_deviation)
-        self._roll.add(horizon.roll, horizon.roll_deviation)
+        """Add an estimate of the tilt, whose deviations are above 0."""
+        tilt = np.array([horizon.pitch, horizon.roll])
+        variance = np.square([horizon.pitch_deviation, horizon.roll_deviation])
+        off = (tilt - self._sum / self._weight) ** 2 / (variance + 1.0 / self._weight)
+        weight = 1.0 / (variance * np.maximum(1.0, off / TUNING.outlier_deviations ** 2))
+        self._weight += weight
+        self._sum += weight * tilt
 
     def add_turn(self, down: NDArray[np.float64], deviation: float = 0.0) -> None:
         """
@@ -81,36 +88,4 @@ class HorizonEstimator:
     @property
     def horizon(self) -> Horizon:
         """Return the current estimate."""
-        return Horizon(
-            self._pitch.mean, self._roll.mean, self._pitch.deviation, self._roll.deviation)
-
-
-def combined(horizons: Sequence[Horizon]) -> Horizon:
-    """Combine the estimates of several recordings of one camera."""
-    estimator = HorizonEstimator()
-    for horizon in horizons:
-        estimator.add(horizon)
-    return estimator.horizon
-
-
-class _RobustMean:
-    """The running mean of values with different deviations, with a prior mean of 0."""
-
-    def __init__(self, deviation: float) -> None:
-        self._weight, self._sum = deviation ** -2, 0.0
-
-    @property
-    def mean(self) -> float:
-        return self._sum / self._weight
-
-    @property
-    def deviation(self) -> float:
-        return float(self._weight ** -0.5)
-
-    def add(self, value: float, deviation: float) -> None:
-        """Add a value with its standard deviation, above 0."""
-        variance = deviation * deviation
-        off = (value - self.mean) ** 2 / (variance + 1.0 / self._weight)
-        weight = 1.0 / (variance * max(1.0, off / TUNING.outlier_deviations ** 2))
-        self._weight += weight
-        self._sum += weight * value
+        return Horizon(*(self._sum / self._weight).tolist(), *(self._weight ** -0.5).tolist())

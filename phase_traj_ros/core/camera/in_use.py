@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The camera in use, its origin and its uncertainty."""
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 from phase_traj_ros.core.camera.tuning import TUNING
@@ -43,18 +42,17 @@ class CameraInUse:
     def of(cls, lens: Lens, width: int) -> 'CameraInUse':
         """Return the camera with ``lens`` for frames ``width`` pixels wide."""
         camera, estimate = lens.camera, lens.estimate
-        learned: dict[str, Any] = {}
-        if estimate is not None:
-            scale = width / estimate.width
-            least, most = estimate.focal_interval_px
-            learned = {
-                'interval_px': (least * scale, most * scale),
-                'probability': estimate.probability, 'turns': estimate.turns}
-        return cls(
+        exact = cls(
             origin=lens.origin, focal_px=lens.focal_for(width), hfov_deg=lens.hfov_for(width),
             straightness=lens.straightness if camera is None else None,
             offset=lens.offset if camera is None else camera.offset,
-            pitch_deg=lens.pitch_deg, roll_deg=lens.roll_deg, **learned)
+            pitch_deg=lens.pitch_deg, roll_deg=lens.roll_deg)
+        if estimate is None:
+            return exact
+        scale = width / estimate.width
+        least, most = (end * scale for end in estimate.focal_interval_px)
+        return replace(exact, interval_px=(least, most), probability=estimate.probability,
+                       turns=estimate.turns)
 
     @property
     def settled(self) -> bool:

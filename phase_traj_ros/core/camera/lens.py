@@ -8,12 +8,7 @@ import math
 
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.horizon import Horizon
-from phase_traj_ros.core.camera.lens_family import (
-    check_focal,
-    focal_px_of,
-    OneNumberLens,
-    PINHOLE,
-)
+from phase_traj_ros.core.camera.lens_family import focal_px_of, OneNumberLens, PINHOLE
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import MIN_HFOV_DEG
 from phase_traj_ros.core.camera.tuning import TUNING
@@ -87,8 +82,6 @@ class Lens:
             object.__setattr__(self, 'camera', None)
         if self.focal_px or self.hfov_deg or self.camera is not None:
             object.__setattr__(self, 'estimate', None)
-        if self.focal_px:
-            check_focal('focal_px', self.focal_px)
         if not (self.focal_px or self.hfov_deg or self.camera or self.estimate):
             raise ValueError(
                 'neither focal_px nor hfov_deg nor a calibration of the camera is given: give one'
@@ -103,7 +96,7 @@ class Lens:
         check_tilt('roll_deg', self.roll_deg)
         if not abs(self.offset) <= 0.5:
             raise ValueError(f'offset is {self.offset}: give a share of the width, -0.5 to 0.5')
-        OneNumberLens(1.0, self.straightness)
+        OneNumberLens(self.focal_px or 1.0, self.straightness)
         most = 180.0 / math.sqrt(max(self.straightness, PINHOLE))
         if self.hfov_deg != 0.0 and not MIN_HFOV_DEG <= self.hfov_deg < most:
             raise ValueError(

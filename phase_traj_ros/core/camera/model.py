@@ -120,10 +120,7 @@ class CameraModel:
             The focal length is out of its range, or the image is empty.
 
         """
-        check_focal('focal_px', focal_px)
-        height, width = shape
-        return cls(width=width, height=height, fx=focal_px, fy=focal_px,
-                   cx=(width - 1) / 2, cy=(height - 1) / 2)
+        return cls.of_lens(OneNumberLens(focal_px), shape)
 
     @classmethod
     def of_lens(
@@ -135,8 +132,10 @@ class CameraModel:
         The principal point is ``column`` pixels to the right of the centre. A lens that is nearly
         a pinhole becomes a pinhole.
         """
-        centred = cls.pinhole(shape, lens.focal_px)
-        pinhole = replace(centred, cx=centred.cx + column)
+        height, width = shape
+        pinhole = cls(
+            width=width, height=height, fx=lens.focal_px, fy=lens.focal_px,
+            cx=(width - 1) / 2 + column, cy=(height - 1) / 2)
         if abs(lens.straightness - PINHOLE) < TUNING.pinhole_tolerance:
             return pinhole
         return replace(

@@ -14,7 +14,7 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.lens_family import MAX_FOCAL_PX
+from phase_traj_ros.core.camera.lens_family import MAX_FOCAL_PX, Numbers
 from phase_traj_ros.core.camera.model import CameraModel, Distortion, ImagePoints
 from phase_traj_ros.core.camera.tuning import CameraTuning, TUNING
 from phase_traj_ros.core.correlation.phase_correlation import Frame, MIN_SIDE
@@ -59,7 +59,7 @@ class CylinderProjection:
             The camera shows too little of the band, or the frames are too large.
 
         """
-        height, width = self._frame_shape = camera.shape
+        height, width = camera.shape
         upright = camera.turned_180() if rotate_180 else camera
         left, right, above, below = _extent(upright, tuning)
         usual = max(tuning.usual_px_per_rad, tuning.min_columns / max(right - left, 1e-9))
@@ -96,18 +96,7 @@ class CylinderProjection:
             cv2.CV_16SC2)
 
     def __call__(self, frame: Frame) -> Frame:
-        """
-        Return a frame (H, W) on the cylinder, of size ``shape`` and of the same type.
-
-        Raises
-        ------
-        FrameError
-            The size of the frame differs from that of the camera model.
-
-        """
-        if frame.shape != self._frame_shape:
-            raise FrameError(
-                f'frame has shape {frame.shape}: give grey frames of shape {self._frame_shape}')
+        """Return a frame of the camera, (H, W), on the cylinder, (rows, columns), in its type."""
         return cv2.remap(  # type: ignore[return-value]
             reduced(frame, *self._reduction), *self._maps, cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_REPLICATE)
@@ -125,11 +114,8 @@ class CylinderProjection:
         return len(self.slopes), len(self.azimuths)
 
     def _check_sizes(self, camera: CameraModel) -> None:
-        height, width = self._frame_shape
+        height, width = camera.shape
         down, across = self._reduction
-        if min(width, height) < MIN_SIDE:
-            raise FrameError(
-                f'frame is {width}x{height} pixels: give at least {MIN_SIDE}x{MIN_SIDE}')
         if min(self.shape) < MIN_SIDE:
             raise FrameError(
                 f'with a focal length of {camera.fx:.6g} pixels, frames of {width}x{height} pixels'
@@ -140,7 +126,7 @@ class CylinderProjection:
                 f' {width}x{height} pixels are too large to measure yaw: give the right focal_px'
                 ' or hfov_deg')
 
-    def _samples(self, low: float, high: float) -> NDArray[np.float64]:
+    def _samples(self, low: float, high: float) -> Numbers:
         # Limited, so that a wrong size is reported before it exhausts the memory.
         count = int(min(max(0.0, (high - low) * self.px_per_rad), _MOST_SIDE + 1))
         most = (count - 1) / 2 / self.px_per_rad
@@ -148,9 +134,7 @@ class CylinderProjection:
         return np.linspace(middle - most, middle + most, count)
 
 
-def _project(
-    camera: CameraModel, azimuths: NDArray[np.float64], slopes: NDArray[np.float64],
-) -> ImagePoints:
+def _project(camera: CameraModel, azimuths: Numbers, slopes: Numbers) -> ImagePoints:
     """Return the image positions of each slope (rows) at each azimuth (columns)."""
     return camera.project(
         np.tan(azimuths), np.outer(slopes, 1 / np.cos(azimuths)), np.ones((1, 1)))
@@ -190,7 +174,7 @@ def _extent(camera: CameraModel, band: CameraTuning) -> tuple[float, float, floa
 
 
 def _visible_range(
-    values: NDArray[np.float64], seen: NDArray[np.bool_], start: NDArray[np.float64],
+    values: Numbers, seen: NDArray[np.bool_], start: Numbers,
 ) -> tuple[float, float]:
     """Return the first and last of the values around ``start`` that are all seen."""
     nearest = int(np.abs(values - start).argmin())
@@ -200,6 +184,6 @@ def _visible_range(
     return float(values[first]), float(values[last])
 
 
-def _reduced(position: NDArray[np.float64], times: int) -> NDArray[np.float32]:
+def _reduced(position: Numbers, times: int) -> NDArray[np.float32]:
     """Convert pixel coordinates of the frame to those of the reduced frame."""
     return ((position + 0.5) / times - 0.5).astype(np.float32)

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
-from phase_traj_ros.core.fixed.picture_samples import PictureSamples
+from phase_traj_ros.core.fixed.picture_samples import PictureSamples, Plane
 from phase_traj_ros.core.fixed.tuning import TUNING
 
 
@@ -35,7 +35,7 @@ class FixedAreas:
     def interrupt(self) -> None:
         """Do not compare the next frame with earlier ones; learned areas are kept."""
         self._samples.interrupt()
-        self._reference: NDArray[np.float32] | None = None
+        self._reference: Plane | None = None
         self._age = 0.0
         # Share of the gradients that changed up to the newest sample; fixed areas do not count.
         self._changing_share, self._mostly_unchanged = 0.0, False
@@ -107,7 +107,7 @@ class FixedAreas:
         self._near = 2 * max(round(TUNING.neighbourhood_share * self._samples.diagonal), 1) + 1
         self._learned = 0
         # Means of the gradients to the right and downwards, of their energy, and the evidence.
-        self._means: NDArray[np.float32] = np.zeros((4, *reduced), np.float32)
+        self._means: Plane = np.zeros((4, *reduced), np.float32)
         self._darkest = np.full(reduced, np.inf, np.float32)
         self._brightest = np.full(reduced, -np.inf, np.float32)
         # 1 where fixed, and the share of each cell that is not.
@@ -159,7 +159,7 @@ class FixedAreas:
                 TUNING.standing_share <= share < TUNING.driving_share)
         self._reference, self._age = self._samples.gradients.copy(), 0.0
 
-    def _only_horizon_remains(self, since: NDArray[np.float32]) -> bool:
+    def _only_horizon_remains(self, since: Plane) -> bool:
         # Edges do not count: along a straight road, lane markings do not move either.
         before, now = (self._open_share * self._corners(since, gradients)
                        for gradients in (since, self._samples.gradients))
@@ -173,16 +173,14 @@ class FixedAreas:
         return bool(far.sum() > TUNING.far_unchanged_share * structure[:road].sum()
                     and band.max() > TUNING.band_share * far.sum())
 
-    def _corners(
-        self, first: NDArray[np.float32], second: NDArray[np.float32],
-    ) -> NDArray[np.float32]:
+    def _corners(self, first: Plane, second: Plane) -> Plane:
         """Return the structure in two directions that both gradients have, by cells."""
         xx, yy, xy = (self._samples.cell_means(product) for product in (
             first[0] * second[0], first[1] * second[1],
             first[0] * second[1] + first[1] * second[0]))
         return np.maximum(xx + yy - np.hypot(xx - yy, xy), 0.0)  # type: ignore[no-any-return]
 
-    def _moves(self, changed: NDArray[np.float32], energy: NDArray[np.float32]) -> bool:
+    def _moves(self, changed: Plane, energy: Plane) -> bool:
         """Return whether the world moves, and not only traffic in a part of the image."""
         changes, energies = (
             np.array([strip.sum() for strip in np.array_split(amount, TUNING.strips)])
@@ -230,7 +228,7 @@ class FixedAreas:
         return np.asarray(framed[1:-1, 1:-1] == 255)
 
 
-def _share(changed: NDArray[np.float32], energy: NDArray[np.float32]) -> float:
+def _share(changed: Plane, energy: Plane) -> float:
     """Return the share of the energy that changed, 0 to 1; 0 where there is no energy."""
     total = float(energy.sum())
     return min(float(changed.sum()) / total, 1.0) if total > 0.0 else 0.0

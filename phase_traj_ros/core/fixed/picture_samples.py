@@ -11,6 +11,9 @@ from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.view import halvings, reduced
 from phase_traj_ros.core.fixed.tuning import TUNING
 
+# A number for each pixel or cell, (h, w), or several of these arrays, (N, h, w).
+Plane = NDArray[np.float32]
+
 
 class PictureSamples:
     """Keeps the two newest samples of frames of one size, and compares them."""
@@ -24,11 +27,11 @@ class PictureSamples:
         cell = TUNING.cell_share * self.diagonal
         across, down = (max(round(side / cell), 1) for side in (width, height))
         self._cells = across, down
-        self.picture: NDArray[np.float32] = np.zeros((height, width), np.float32)
+        self.picture: Plane = np.zeros((height, width), np.float32)
         """The newest sample, (h, w), scaled to a mean brightness of 100."""
-        self.gradients: NDArray[np.float32] = np.zeros((3, height, width), np.float32)
+        self.gradients: Plane = np.zeros((3, height, width), np.float32)
         """Its gradients to the right and downwards (length 1 if strong), and their energy."""
-        self._previous: NDArray[np.float32] = np.zeros((3, height, width), np.float32)
+        self._previous: Plane = np.zeros((3, height, width), np.float32)
         self.turned = 0.0
         """Sideways shift since the previous sample, in reduced pixels, without sign."""
         self.elapsed = 0.0
@@ -60,9 +63,7 @@ class PictureSamples:
         primed, self._primed = self._primed, True
         return primed
 
-    def changes(
-        self, since: NDArray[np.float32] | None = None,
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    def changes(self, since: Plane | None = None) -> tuple[Plane, Plane]:
         """
         Return the change of the gradients' energy, and the energy of both samples, by cells.
 
@@ -74,7 +75,7 @@ class PictureSamples:
         return (self.cell_means(step[0] + step[1]),
                 self.cell_means(self.gradients[2] + before[2]))
 
-    def cell_means(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+    def cell_means(self, values: Plane) -> Plane:
         """Return the means of values (h, w) over the cells, of which there are a few thousand."""
         return cv2.resize(  # type: ignore[return-value]
             values, self._cells, interpolation=cv2.INTER_AREA)

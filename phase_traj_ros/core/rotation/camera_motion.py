@@ -28,7 +28,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from phase_traj_ros.core.camera.lens_family import Numbers
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.rotation.tuning import TUNING
 
@@ -73,9 +73,7 @@ class CameraMotion:
 class MotionFit:
     """Fits the model of this module to the displacements of fixed blocks, by least squares."""
 
-    def __init__(
-        self, azimuths: NDArray[np.float64], slopes: NDArray[np.float64], *, deviation: float,
-    ) -> None:
+    def __init__(self, azimuths: Numbers, slopes: Numbers, *, deviation: float) -> None:
         """
         Make a fit for blocks at these azimuths and slopes, (N,) each, in radians.
 
@@ -87,10 +85,9 @@ class MotionFit:
         self._least = (deviation / TUNING.inverse_depth_deviation) ** 2
 
     def __call__(
-        self, u: NDArray[np.float64], w: NDArray[np.float64], weight: NDArray[np.float64],
-        travel: FocusOfExpansion, *, aside: NDArray[np.float64] | float = 0.0,
-        down: NDArray[np.float64] | float = 0.0,
-        precision: NDArray[np.float64] | float = 1.0,
+        self, u: Numbers, w: Numbers, weight: Numbers, travel: FocusOfExpansion, *,
+        aside: Numbers | float = 0.0, down: Numbers | float = 0.0,
+        precision: Numbers | float = 1.0,
     ) -> CameraMotion | None:
         """
         Return the motion that fits the displacements, (N,) in radians; None if they are too few.
@@ -119,7 +116,7 @@ class MotionFit:
         return best
 
     def _fitted(
-        self, points: NDArray[np.float64], travel: FocusOfExpansion, yaw: float, *,
+        self, points: Numbers, travel: FocusOfExpansion, yaw: float, *,
         least: float = 0.0,
     ) -> CameraMotion | None:
         """
@@ -180,26 +177,25 @@ class MotionFit:
         scores = (terms[:_ERROR] * (factor * terms[_ERROR])).sum(axis=1)
         # Their derivative is smaller than the weights, as these fall with the errors.
         slopes = (1.0 - forwards * error / variance) / (1.0 + error / variance)
-        slope = max(float((robust * slopes).sum() / robust.sum()), TUNING.min_score_slope)
-        of_yaw = cv2.invert(slope * normal[:, :_ERROR] + trust)[1][_YAW]
+        mean_slope = max(float((robust * slopes).sum() / robust.sum()), TUNING.min_score_slope)
+        of_yaw = cv2.invert(mean_slope * normal[:, :_ERROR] + trust)[1][_YAW]
         yaw_variance = float(np.square(of_yaw @ scores).sum() + variance * of_yaw @ trust @ of_yaw)
+        yaw, pitch, roll, course, slope = state.tolist()
         return CameraMotion(
-            yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),
-            travel=FocusOfExpansion(
-                float(state[_B]), float(state[_C]),
-                float(covariance[_B, _B]), float(covariance[_C, _C])),
+            yaw=yaw, pitch=pitch, roll=roll, travel=FocusOfExpansion(
+                course, slope, float(covariance[_B, _B]), float(covariance[_C, _C])),
             agreeing=agreeing, agreement=agreeing / float(weight.sum()),
             yaw_variance=yaw_variance, passing=quantile(near, 0.5),
             near=quantile(certain_q[agrees], 0.9))
 
 
-def _dot(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+def _dot(first: Numbers, second: Numbers) -> Numbers:
     """Return the scalar products of vectors, (2, N) each, as ``sum`` does in twice the time."""
     across, down = first * second
     return across + down  # type: ignore[no-any-return]
 
 
-def quantile(values: NDArray[np.float64], share: float) -> float:
+def quantile(values: Numbers, share: float) -> float:
     """Return the quantile of values, (N,) with N > 0, as numpy does in ten times the time."""
     ordered, place = np.sort(values), share * (len(values) - 1)
     below = int(place)

@@ -111,15 +111,15 @@ class BlockGrid:
         """Forget which blocks are fixed to the camera."""
         self._fixed.fill(0.0)
 
-    def use_mask(self, counts: NDArray[np.bool_], *, least: float) -> bool:
+    def use_mask(self, counts: NDArray[np.bool_]) -> bool:
         """
         Set the weight of blocks whose centre is False in ``counts``, (H, W), to 0 from now on.
 
-        Return whether at least ``least`` blocks are left; if not, the state is unchanged.
+        Return False, with the state unchanged, if they would be too few to measure a motion.
         """
         columns, rows = self.centres.astype(int).T
         left = counts[rows, columns]
-        if np.count_nonzero(left) < least:
+        if np.count_nonzero(left) < TUNING.min_blocks:
             return False
         self._open = left
         return True

@@ -25,28 +25,21 @@ class WholeShift:
         """Make a meter; ``mask`` is the weight of each pixel of the cylinder, 0 to 1, or None."""
         self._view = View(
             decimation=2 if projection.px_per_rad > TUNING.shift_px_per_rad else 1)
-        self._correlator = PhaseCorrelator(mask=None if mask is None else self._view.of(mask))
-
-    def reset(self) -> None:
-        """Forget the previous picture: the next one becomes the first of a pair."""
-        self._correlator.reset()
+        self.correlator = PhaseCorrelator(mask=None if mask is None else self._view.of(mask))
+        """Correlator of the pictures, reduced."""
 
     def update(self, picture: NDArray[np.uint8]) -> Shift | None:
         """Return the shift from the previous picture to this one; None if there is no pair."""
-        shift = self._correlator.update(self._view.of(picture))
+        shift = self.correlator.update(self._view.of(picture))
         return None if shift is None else self._view.full_shift(shift)
 
     def second_peak(self) -> Shift:
         """Return the shift of the second peak; see ``PhaseCorrelator.second_peak``."""
         return self._view.full_shift(
-            self._correlator.second_peak(apart=TUNING.peak_distance_px // self._view.decimation))
+            self.correlator.second_peak(apart=TUNING.peak_distance_px // self._view.decimation))
 
     def significance(self, shift: Shift) -> float:
         """Return the significance of a shift; see ``PhaseCorrelator.significance``."""
         times = self._view.decimation
-        return self._correlator.significance(
+        return self.correlator.significance(
             replace(shift, dx=shift.dx / times, dy=shift.dy / times))
-
-    def correlation_map(self) -> NDArray[np.float32]:
-        """Return the map of the newest pair; see ``PhaseCorrelator.correlation_map``."""
-        return self._correlator.correlation_map()

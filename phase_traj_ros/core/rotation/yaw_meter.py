@@ -16,11 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import Shift
-from phase_traj_ros.core.rotation.block_matcher import BlockMatcher, Match
+from phase_traj_ros.core.rotation.block_matcher import BlockMatcher, Keyframe, Match
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
 from phase_traj_ros.core.rotation.cross_traffic import CrossTraffic
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
-from phase_traj_ros.core.rotation.keyframe import Keyframe
 from phase_traj_ros.core.rotation.scanline import Scanline
 from phase_traj_ros.core.rotation.tuning import TUNING
 from phase_traj_ros.core.rotation.whole_shift import WholeShift
@@ -92,7 +91,7 @@ class YawMeter:
         Raises
         ------
         FrameError
-            The size of the mask differs from that of the frames, or the mask covers too much.
+            The mask covers too much.
 
         """
         self._projection = projection
@@ -100,15 +99,15 @@ class YawMeter:
         mask, counts = self._projected(mask)
         self._matcher = BlockMatcher(projection, counts)
         self._whole_shift = WholeShift(projection, mask)
-        # The mask to use from the next frame on, in a tuple; None if it does not change.
-        self._next_mask: tuple[NDArray[np.float32] | None] | None = None
+        # The correlation to use from the next frame on, if the mask has changed.
+        self._next_shift: WholeShift | None = None
         self._traffic = CrossTraffic(still=TUNING.fixed_px / projection.px_per_rad)
         self.reset()
 
     def reset(self) -> None:
         """Forget everything: the next frame is the first."""
-        self._whole_shift.reset()
-        self._matcher.forget()
+        self._whole_shift.correlator.reset()
+        self._matcher.grid.forget()
         self._previous: NDArray[np.uint8] | None = None
         self._key: Keyframe | None = None
         self._brightness: float | None = None
@@ -130,12 +129,14 @@ class YawMeter:
         No pair is lost. It can only remove areas of the first mask. A mask that covers too much to
         measure yaw is ignored.
         """
-        # Until then, the map of the newest pair must be available.
-        self._next_mask = (mask,)
+        mask, counts = self._projected(mask)
+        if self._matcher.grid.use_mask(counts):
+            # Until the next frame, the map of the newest pair must be available.
+            self._next_shift = WholeShift(self._projection, mask)
 
     def correlation_map(self) -> NDArray[np.float32]:
         """Return the map of the newest pair; see ``PhaseCorrelator.correlation_map``."""
-        return self._whole_shift.correlation_map()
+        return self._whole_shift.correlator.correlation_map()
 
     def foresees(self, frame: NDArray[np.uint8], waited: float, interval: float) -> bool:
         """
@@ -174,8 +175,10 @@ class YawMeter:
             The frame cannot be used. The state is unchanged.
 
         """
-        if self._next_mask is not None:
-            self._change_mask(*self._next_mask)
+        if self._next_shift is not None:
+            self._whole_shift, self._next_shift = self._next_shift, None
+            if self._previous is not None:
+                self._whole_shift.update(self._previous)
         projected = cast('NDArray[np.uint8]', self._projection(frame))
         shift = self._whole_shift.update(projected)
         current = self._level_exposure(projected)
@@ -321,15 +324,6 @@ class YawMeter:
         mask = np.asarray(self._projection(mask), np.float32)
         counts = counts & (cv2.erode(mask, np.ones((TUNING.block_px,) * 2)) > 0.5)
         return mask, counts
-
-    def _change_mask(self, mask: NDArray[np.float32] | None) -> None:
-        self._next_mask = None
-        projected, counts = self._projected(mask)
-        if not self._matcher.use_mask(counts):
-            return
-        self._whole_shift = WholeShift(self._projection, projected)
-        if self._previous is not None:
-            self._whole_shift.update(self._previous)
 
     def _level_exposure(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return the image without sudden changes of exposure."""

@@ -5,7 +5,7 @@
 import math
 
 import numpy as np
-from phase_traj_ros.core.camera.horizon import combined, Horizon, HorizonEstimator
+from phase_traj_ros.core.camera.horizon import Horizon, HorizonEstimator
 from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE, rotation
 import pytest
 
@@ -46,5 +46,7 @@ def test_one_axis_that_is_far_off_hardly_counts():
 
 
 def test_recordings_are_combined_by_how_sure_they_are():
-    (sure, unsure) = (Horizon(PITCH, 0.0, 0.002, 0.01), Horizon(0.5 * PITCH, 0.0, 0.05, 0.05))
-    assert math.degrees(combined([sure, unsure]).pitch) == pytest.approx(10.0, abs=0.1)
+    estimator = HorizonEstimator()
+    estimator.add(Horizon(PITCH, 0.0, 0.002, 0.01))
+    estimator.add(Horizon(0.5 * PITCH, 0.0, 0.05, 0.05))
+    assert math.degrees(estimator.horizon.pitch) == pytest.approx(10.0, abs=0.1)

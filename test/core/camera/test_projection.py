@@ -273,8 +273,3 @@ def test_focal_length_of_kitti():
 def test_refuses_impossible_fields_of_view(hfov):
     with pytest.raises(ValueError, match='hfov_deg'):
         Lens(hfov_deg=hfov)
-
-
-def test_frames_that_are_too_small_are_refused_for_that():
-    with pytest.raises(FrameError, match='4x4 pixels: give at least 8x8'):
-        CylinderProjection(CameraModel.pinhole((4, 4), 3.0))

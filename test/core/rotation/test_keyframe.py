@@ -15,9 +15,9 @@ from phase_traj_ros.core import (
     Lens,
     TrajectoryEstimator,
 )
+from phase_traj_ros.core.rotation.block_matcher import Keyframe
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
-from phase_traj_ros.core.rotation.keyframe import Keyframe
 from phase_traj_ros.core.rotation.local_shifts import BlockPicture, BlockShifts
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest

@@ -30,5 +30,5 @@ def test_a_new_start_has_no_pair():
     whole = WholeShift(projection, None)
     first, second = pair(projection.shape, 14.0, -6.0)
     whole.update(first)
-    whole.reset()
+    whole.correlator.reset()
     assert whole.update(second) is None

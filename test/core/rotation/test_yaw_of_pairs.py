@@ -76,8 +76,8 @@ def test_what_stays_while_the_camera_turns_is_fixed_to_it(step):
         frame = far(step * count)
         frame[5:115, 60:240] = far(0)[5:115, 60:240]
         meter.update(frame, 0.1)
-    x, y = meter._matcher._grid.centres.T
-    fixed = meter._matcher._grid.fixed
+    x, y = meter._matcher.grid.centres.T
+    fixed = meter._matcher.grid.fixed
     assert fixed[(y < 105) & (x > 70) & (x < 220)].mean() > 0.9
     assert not fixed[(y > 125) | (x < 50) | (x > 250)].any()
 
@@ -87,7 +87,7 @@ def test_nothing_is_fixed_to_a_camera_that_stands():
     meter = YawMeter(cylinder(200.0))
     for _ in range(30):
         meter.update(far(0), 0.1)
-    assert not meter._matcher._grid.fixed.any()
+    assert not meter._matcher.grid.fixed.any()
 
 
 def test_a_line_tells_to_which_side_the_image_has_moved_farther_than_foreseen():
