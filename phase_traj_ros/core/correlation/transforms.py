@@ -9,6 +9,7 @@ of them work in place on the packed layout of ``phase_traj_ros.core.correlation.
 no other module depends on the library.
 """
 
+from contextlib import suppress
 from enum import Enum
 from functools import cache
 import importlib
@@ -123,18 +124,9 @@ def opencv_has_intels() -> bool:
     return hasattr(cv2, 'ipp') and cv2.ipp.getIppVersion() != 'disabled'
 
 
-def scipy_is_installed() -> bool:
-    """Return whether scipy can be imported."""
-    try:
-        ScipyTransform()
-    except MissingDependencyError:
-        return False
-    return True
-
-
 def transform_hint() -> str:
     """Return how to make the transforms faster; empty if no faster choice is known."""
-    if opencv_has_intels() or scipy_is_installed():
+    if opencv_has_intels() or isinstance(find_transform(), ScipyTransform):
         return ''
     return ('scipy is twice as fast as this OpenCV: install python3-scipy (apt) or scipy'
             ' (pip)')
@@ -153,6 +145,9 @@ def find_transform(library: TransformLibrary = TransformLibrary.AUTO) -> Transfo
         ``library`` is SCIPY, and scipy is not installed.
 
     """
-    if library is TransformLibrary.AUTO and not opencv_has_intels() and scipy_is_installed():
-        library = TransformLibrary.SCIPY
-    return ScipyTransform() if library is TransformLibrary.SCIPY else OpenCvTransform()
+    if library is TransformLibrary.SCIPY:
+        return ScipyTransform()
+    if library is TransformLibrary.AUTO and not opencv_has_intels():
+        with suppress(MissingDependencyError):
+            return ScipyTransform()
+    return OpenCvTransform()
