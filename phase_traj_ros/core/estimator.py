@@ -357,7 +357,7 @@ class TrajectoryEstimator:
     ) -> VisualCompass:
         return VisualCompass(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
-            learning=learning, keyframes=self._settings.keyframes)
+            learning=learning)
 
     def _exclude_areas(self) -> None:
         """Measure without the areas that are fixed to the camera, from the next pair on."""
