@@ -208,7 +208,7 @@ class TrajectoryEstimator:
         Continue with other settings; codes and path are kept.
 
         If the change affects the correlation, the next frame becomes the first of a pair.
-        ``max_runs`` and ``max_corners`` do not change after the start. A change between AUTO and
+        ``max_runs`` and ``max_corners`` change with the next reset. A change between AUTO and
         SHIFT restarts codes and path.
 
         Raises
@@ -222,7 +222,7 @@ class TrajectoryEstimator:
         self._settings = settings
         self._repeats.forget()
         self._meter.reconfigure(settings)
-        self._integration.reconfigure(settings, restarts=switches)
+        self._integration.reconfigure(settings)
         if switches:
             self._judge = Judge(settings.code_source)
             self._exclude_areas()

@@ -37,12 +37,8 @@ class Integration:
         self._settings = settings
         self.heading: VisualCompass | None = None
         """The visual compass; None if no lens is known."""
-        self.coder = Coder(settings)
-        self.route = Route(settings)
         self.distance_meter = DistanceMeter(settings)
         self.counters = Counters()
-        self.turns: deque[Turn] = deque(maxlen=settings.max_runs)
-        """The turns that have ended, oldest first."""
         self._reported_lens: Lens | None = None
         self.reset()
 
@@ -62,23 +58,22 @@ class Integration:
         self.counters.repeated += count
         self._monitor.add_same_stamps(count)
 
-    def reconfigure(self, settings: EstimatorSettings, *, restarts: bool) -> None:
-        """Continue with other settings; with ``restarts``, codes and path start again."""
+    def reconfigure(self, settings: EstimatorSettings) -> None:
+        """Continue with other settings."""
         self._settings = settings
         self.stop_foreseeing()
         self.distance_meter.reconfigure(settings)
         self.coder.reconfigure(settings)
-        if restarts:
-            self.coder, self.route = Coder(settings), Route(settings)
 
     def reset(self) -> None:
         """Restart with the next frame: no codes, no path, direction forward."""
-        self.coder.reset()
-        self.turns.clear()
+        self.coder = Coder(self._settings)
+        self.route = Route(self._settings)
+        self.turns: deque[Turn] = deque(maxlen=self._settings.max_runs)
+        """The turns that have ended, oldest first."""
         if self.heading is not None:
             self.heading.restart()
         self.distance_meter.reset()
-        self.route.reset()
         self.frames = 0
         """Number of frames since the last reset."""
         self._monitor = ReliabilityMonitor()

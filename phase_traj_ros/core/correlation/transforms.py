@@ -74,18 +74,14 @@ class ScipyTransform:
 
         """
         try:
-            self._version = importlib.import_module('scipy').__version__
+            self.name = f'scipy {importlib.import_module("scipy").__version__}'
+            """Version of scipy."""
             self._complex: Any = importlib.import_module('scipy.fft')
             self._real: Any = importlib.import_module('scipy.fftpack')
         except ImportError as error:
             raise MissingDependencyError(
                 'transform is scipy, but scipy is not installed: install'
                 ' python3-scipy (apt) or scipy (pip), or set transform to auto') from error
-
-    @property
-    def name(self) -> str:
-        """Return the version of scipy."""
-        return f'scipy {self._version}'
 
     def forward(self, picture: NDArray[np.float32], rows: int) -> None:
         """Transform the rows that are not empty, then all columns."""
