@@ -167,7 +167,7 @@ class TrajectoryEstimator:
         if self.heading is not None:
             if lens != self.heading.camera.lens:
                 self._integration.stop_foreseeing()
-                self._repeats.forget()
+                self._repeats = RepeatDetector()
             self.heading.use_lens(lens)
         elif self._settings.measures_heading:
             self._integration.heading = self._make_heading(lens)
@@ -220,7 +220,7 @@ class TrajectoryEstimator:
         self.check(settings)
         switches = self._switches_rule(settings)
         self._settings = settings
-        self._repeats.forget()
+        self._repeats = RepeatDetector()
         self._meter.reconfigure(settings)
         self._integration.reconfigure(settings)
         if switches:
@@ -233,7 +233,7 @@ class TrajectoryEstimator:
     def reset(self) -> None:
         """Restart with the next frame: no codes, no path, direction forward."""
         self._meter.reset()
-        self._repeats.forget()
+        self._repeats = RepeatDetector()
         if self._integration.camera is not None:
             self._integration.camera.forget_frame()
         self._judge.reset()

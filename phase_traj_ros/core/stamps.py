@@ -69,11 +69,6 @@ class StampGate(Generic[_FrameT]):
         """End the stream: yield a frame held after a forward jump, drop one after a backward."""
         yield from self._settle(math.inf)
 
-    def reset(self) -> None:
-        """Start anew with the next frame, whatever its stamp; the counts are kept."""
-        self._newest_ns = self._held = None
-        self._interval_ns = 0
-
     def _settle(self, stamp_ns: float) -> Iterator[Passed[_FrameT]]:
         """Yield the held frame if a stamp continues from it and not from the newest; or drop it."""
         held, self._held = self._held, None

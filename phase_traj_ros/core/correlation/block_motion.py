@@ -57,10 +57,6 @@ class BlockMotion:
         # The newest and the previous frame, reduced.
         self._current = self._previous = np.empty((0, 0), np.float32)
 
-    def reset(self) -> None:
-        """Forget the previous frame."""
-        self._primed = False
-
     def exclude(self, weights: ArrayLike | None) -> None:
         """Ignore areas in addition to the mask, from (H, W) weights; None for none."""
         self._excluded = None if weights is None else mask_weights(weights)
@@ -71,8 +67,8 @@ class BlockMotion:
         """
         Take the next frame, (H, W), of a type and a size that the correlator accepts.
 
-        Return whether there is a previous frame to compare it with. There is none at the start,
-        after a reset and after a change of size or type.
+        Return whether there is a previous frame to compare it with. There is none at the start
+        and after a change of size or type.
         """
         if (frame.shape, frame.dtype) != self._form:
             self._allocate(frame.shape, frame.dtype)

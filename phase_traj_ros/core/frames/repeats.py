@@ -22,11 +22,7 @@ class RepeatDetector:
     """Keeps the newest frame that was used, and recognises its repetitions."""
 
     def __init__(self) -> None:
-        """Make a detector without a frame."""
-        self.forget()
-
-    def forget(self) -> None:
-        """Forget the frame: the next one is not a repetition."""
+        """Make a detector without a frame: the next one is not a repetition."""
         self._encoding = ''
         self._frame: Frame | None = None
         self._halts = _HaltDetector()

@@ -146,8 +146,6 @@ def test_there_is_a_pair_from_the_second_frame_on():
     frame, _ = pair(SHAPE, 0, 0)
     blocks = BlockMotion()
     assert [blocks.update(frame) for _ in range(3)] == [False, True, True]
-    blocks.reset()
-    assert [blocks.update(frame) for _ in range(2)] == [False, True]
     for other in (frame[:-1], frame[:-1].astype(np.float32)):
         assert [blocks.update(other) for _ in range(2)] == [False, True]
 
