@@ -345,7 +345,7 @@ class TrajectoryEstimator:
     ) -> VisualCompass:
         return VisualCompass(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
-            learning=learning)
+            learning=learning, keyframes=self._settings.keyframes)
 
     def _exclude_areas(self) -> None:
         """Measure without the areas that are fixed to the camera, from the next pair on."""

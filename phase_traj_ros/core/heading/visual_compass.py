@@ -37,10 +37,11 @@ class VisualCompass:
 
     def __init__(
         self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
-        learning: SelfCalibration | None = None,
+        learning: SelfCalibration | None = None, keyframes: bool = True,
     ) -> None:
         """Make a compass; the parameters are those of ``YawCamera``."""
-        self.camera = YawCamera(lens, rotate_180=rotate_180, mask=mask, learning=learning)
+        self.camera = YawCamera(
+            lens, rotate_180=rotate_180, mask=mask, learning=learning, keyframes=keyframes)
         """Camera, which measures the yaw."""
         self.tracker = HeadingTracker()
         """Tracker, which integrates the yaw."""
