@@ -19,15 +19,7 @@ class HeadingPath:
     """
 
     def __init__(self, *, max_corners: int | None = None) -> None:
-        """
-        Make a path that has not started.
-
-        Raises
-        ------
-        ValueError
-            ``max_corners`` is below 1.
-
-        """
+        """Make a path that has not started."""
         self._places: Thinned[Corner] = Thinned(max_corners)
         self.reset()
 
@@ -80,10 +72,10 @@ class HeadingPath:
         """Return poses of the whole path and the tip, at most ``limit`` (2 or more) in total."""
         if self.tip is None:
             return ()
-        shown: Thinned[Corner] = Thinned(limit - 1)
-        for place in self._places.kept:
-            shown.offer(place)
-        return (*shown.kept, self.tip)
+        shown = self._places.kept
+        while len(shown) > max(limit - 1, 1):
+            shown = shown[::2]
+        return (*shown, self.tip)
 
 
 DrawnPath: TypeAlias = ChainPath | HeadingPath

@@ -12,7 +12,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 import math
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +29,7 @@ class Axes(Enum):
 
 
 _DIAGONAL = math.sqrt(0.5)
-_REP103_STEPS = MappingProxyType({
+_REP103_STEPS = {
     Freeman.FORWARD: (1, 0),
     Freeman.FORWARD_LEFT: (_DIAGONAL, _DIAGONAL),
     Freeman.LEFT: (0, 1),
@@ -39,7 +38,7 @@ _REP103_STEPS = MappingProxyType({
     Freeman.BACKWARD_RIGHT: (-_DIAGONAL, -_DIAGONAL),
     Freeman.RIGHT: (0, -1),
     Freeman.FORWARD_RIGHT: (_DIAGONAL, -_DIAGONAL),
-})
+}
 
 
 def unit_step(direction: AnyDirection) -> tuple[float, float]:
@@ -69,19 +68,14 @@ def vertices(
 
     """
     steps = [unit_step(codes(code)) for code in directions]
-    points = np.zeros((len(steps) + 1, 2))
-    np.cumsum(np.array(steps, dtype=np.float64).reshape(-1, 2), axis=0, out=points[1:])
-    return to_axes(points, axes)
+    return to_axes(np.cumsum([(0.0, 0.0), *steps], axis=0), axes)
 
 
 def to_axes(points: NDArray[np.float64], axes: Axes) -> NDArray[np.float64]:
     """Convert points (n, 2) from REP 103 axes to ``axes``."""
     if axes is Axes.FIGURE:
         # Forward is up and left is left: (x, y) -> (-y, x), without -0.0.
-        turned = np.empty_like(points)
-        turned[:, 0] = 0.0 - points[:, 1]
-        turned[:, 1] = points[:, 0]
-        return turned
+        return np.column_stack([0.0 - points[:, 1], points[:, 0]])
     return points
 
 

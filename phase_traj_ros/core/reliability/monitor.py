@@ -11,9 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from phase_traj_ros.core.reliability.reason import Evidence, Reason
-from phase_traj_ros.core.reliability.spans import in_order, Spans
 from phase_traj_ros.core.reliability.tuning import TUNING
-from phase_traj_ros.core.reliability.verdict import Reliability
+from phase_traj_ros.core.reliability.verdict import in_order, Reliability, Spans
 
 
 class ReliabilityMonitor:
