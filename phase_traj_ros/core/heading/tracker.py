@@ -124,31 +124,28 @@ class HeadingTracker:
         ``certain`` yaw is accepted even if the rate jumps, as it does if a frame was lost and the
         stamps do not show it.
         """
-        before = self.heading
+        before, missed = self.heading, 0.0
         self.pairs += 1
-        gap_before, missed = self._gap, 0.0
-        if yaw is not None:
-            missed = (self.rate + yaw / interval) / 2 * self._gap - self._bridged_yaw
         bridged = yaw is None or not self.admits(yaw, interval, certain=certain)
         if yaw is None or bridged:
             self._bridge(yaw, interval)
+            share, variance = 1.0, self._bridged_variance(self._gap) - self._bridged_variance(
+                self._gap - interval)
         else:
-            self._correct(yaw / interval, interval, certain)
+            rate = yaw / interval
+            if self._gap > TUNING.rate_fading_s:
+                missed = (self.rate + rate) / 2 * self._gap - self._bridged_yaw
+            self._correct(rate, interval, certain)
             self.heading += yaw
-            self._rate = yaw / interval
+            self._rate, self._rejected = rate, None
             self._gap = self._bridged_yaw = 0.0
-            self._rejected = None
         self._interval = interval
         self._agility.add(yaw if certain else None, interval)
-        if bridged:
-            variance = self._bridged_variance(self._gap) - self._bridged_variance(
-                self._gap - interval)
         self._variance_rate = variance / interval
-        missed = missed if gap_before > TUNING.rate_fading_s and not bridged else 0.0
         self._variance += variance + missed ** 2
         return HeadingStep(
-            self.heading - before, self.rate, self.heading, bridged, variance,
-            1.0 if bridged else share, missed, scale=self.scale_deviation)
+            self.heading - before, self.rate, self.heading, bridged, variance, share, missed,
+            scale=self.scale_deviation)
 
     def foresee(self, seconds: float, deviation: float) -> HeadingStep:
         """
@@ -169,20 +166,17 @@ class HeadingTracker:
         # After a long gap, any rate is possible.
         return (
             self._gap > TUNING.rate_fading_s or self._follows_rate(rate, interval, certain)
-            or self._confirms_rejected(rate, interval))
+            or (self._rejected is not None
+                and self._is_possible(self._rejected.rate, rate, interval)))
 
     def _follows_rate(self, rate: float, interval: float, certain: bool) -> bool:
-        return certain or self._rate is None or self._is_possible(
-            self._rate, rate, (self._interval + interval) / 2)
-
-    def _confirms_rejected(self, rate: float, interval: float) -> bool:
-        return self._rejected is not None and self._is_possible(
-            self._rejected.rate, rate, (self._interval + interval) / 2)
+        return certain or self._rate is None or self._is_possible(self._rate, rate, interval)
 
     def _is_possible(self, before: float, after: float, interval: float) -> bool:
-        """Return whether this vehicle can change its yaw rate from one value to another."""
-        possible = TUNING.max_acceleration * interval + TUNING.rate_error
-        usual = math.sqrt(self._agility.process_noise * interval)
+        """Return whether this vehicle can change its yaw rate from that of the previous pair."""
+        time = (self._interval + interval) / 2
+        possible = TUNING.max_acceleration * time + TUNING.rate_error
+        usual = math.sqrt(self._agility.process_noise * time)
         return abs(after - before) <= max(possible, TUNING.gate_deviations * usual)
 
     def _bridged_variance(self, gap: float) -> float:
@@ -197,7 +191,7 @@ class HeadingTracker:
         if self._follows_rate(rate, interval, certain):
             if self._gap <= TUNING.rate_fading_s:
                 self.heading += (self.rate + rate) / 2 * self._gap - self._bridged_yaw
-        elif rejected is not None and self._confirms_rejected(rate, interval):
+        elif rejected is not None and self._is_possible(rejected.rate, rate, interval):
             self.heading += rejected.rate * self._interval - rejected.filled
             missing = self._gap - self._interval
             if missing <= TUNING.rate_fading_s:
