@@ -105,13 +105,12 @@ class RoadMeter:
             if not self.speed_filter.known or driven > TUNING.min_slide:
                 self.tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
             turn = (motion.yaw, self._pitch_change(motion.pitch, interval), motion.roll)
-            self._key.add_rotation(*turn, interval, motion.near)
         elif yaw is not None:
             turn = (yaw, 0.0, 0.0)
-            self._key.add_rotation(*turn, interval)
         else:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured)
+        self._key.add_rotation(*turn, interval, None if motion is None else motion.near)
         return self._measure(
             frame, interval, turn,
             turns=motion is not None and abs(motion.yaw) > TUNING.driving_yaw_rate * interval)
