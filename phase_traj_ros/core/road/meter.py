@@ -255,12 +255,12 @@ class RoadMeter:
         swing = 2.0 * depth * self.tilt.swing_deviation
         tilt = 2.0 * depth * self.tilt.common_deviation
         key.expired = not self._keyframes or key.is_far(distance, interval)
-        newest, variance = key.add(distance, own, self.speed_filter, interval)
         # The first speed is the mean one since the keyframe.
         time = interval if self.speed_filter.known else key.age
-        self.speed_filter.add(
-            (distance - key.previous_distance) / time,
-            (own + key.previous_variance) / (time * time))
+        speed = (distance - key.distance) / time
+        speed_variance = (own + key.variance) / (time * time)
+        newest, variance = key.add(distance, own, self.speed_filter, interval)
+        self.speed_filter.add(speed, speed_variance)
         self._measured = Travel(
             newest, variance + (swing ** 2 + tilt ** 2) * newest ** 2, TravelState.MEASURED,
             swing, tilt)
