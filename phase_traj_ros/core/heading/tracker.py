@@ -64,14 +64,10 @@ class HeadingTracker:
     pair confirms it, the heading is corrected.
     """
 
-    def __init__(self) -> None:
-        """Make a tracker at heading 0."""
-        self.scale_deviation = 0.0
+    def __init__(self, scale_deviation: float = 0.0) -> None:
+        """Make a tracker at heading 0, without a rate."""
+        self.scale_deviation = scale_deviation
         """Relative standard deviation of all yaws, from that of the focal length."""
-        self.reset()
-
-    def reset(self) -> None:
-        """Restart: heading 0, no rate, all counts 0."""
         self.heading = 0.0
         """Heading in radians since the first frame, positive to the left, not wrapped."""
         self.pairs = self.bridged = 0
