@@ -252,13 +252,13 @@ class RoadMeter:
         # Both errors come from the same pitch motion, so the mean is hardly better.
         own = min(each.deviation for each in agreeing) ** 2
         depth, key = agreeing[0].depth, self._key
-        swing = 2.0 * depth * self.tilt.swing_deviation
-        tilt = 2.0 * depth * self.tilt.common_deviation
-        key.expired = not self._keyframes or key.is_far(distance, interval)
         # The first speed is the mean one since the keyframe.
         time = interval if self.speed_filter.known else key.age
         speed = (distance - key.distance) / time
         speed_variance = (own + key.variance) / (time * time)
+        swing = 2.0 * depth * self.tilt.swing_deviation
+        tilt = 2.0 * depth * self.tilt.common_deviation
+        key.expired = not self._keyframes or key.is_far(distance, interval)
         newest, variance = key.add(distance, own, self.speed_filter, interval)
         self.speed_filter.add(speed, speed_variance)
         self._measured = Travel(
