@@ -83,7 +83,7 @@ class Odometer:
         ``interval`` in seconds, above 0; rates have the relative error of its standard deviation,
         ``interval_deviation``.
         """
-        speed_variance = travel.variance / interval ** 2
+        speed_variance = max(travel.variance / interval ** 2, TUNING.min_speed_deviation ** 2)
         if travel.known:
             self._bound_missed(abs(travel.distance) / interval)
         else:
@@ -94,7 +94,6 @@ class Odometer:
         self._propagate(step, travel, interval)
         speed, (rate, rate_variance) = travel.distance / interval, self._rate(step, interval)
         relative_variance = (interval_deviation / interval) ** 2
-        speed_variance = max(speed_variance, TUNING.min_speed_deviation ** 2)
         self._newest = Odometry(
             tip, speed, rate,
             speed_variance=speed_variance + relative_variance * speed ** 2,
