@@ -41,11 +41,6 @@ class Coder:
         """Return what to do about a threshold that does not fit frames ``width`` pixels wide."""
         return self._shifts.hint(width)
 
-    def reset(self) -> None:
-        """Start again without codes."""
-        self.codes.reset()
-        self._shifts = ShiftSummary()
-
     def code(
         self, status: PairStatus, dx: float | None, heading: HeadingUpdate | None, interval: float,
     ) -> Step:

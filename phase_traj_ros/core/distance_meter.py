@@ -133,5 +133,5 @@ class DistanceMeter:
             camera.model, replace(horizon, pitch=given) if given else horizon,
             pitch_known=lens.pitch_known or given != 0.0,
             rotate_180=self._settings.view.rotate_180, mask=camera.pixel_weights,
-            speed_filter=speeds, keyframes=self._settings.keyframes)
+            speed_filter=speeds)
         return True

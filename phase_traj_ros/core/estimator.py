@@ -25,7 +25,7 @@ from phase_traj_ros.core.path.heading_path import DrawnPath
 from phase_traj_ros.core.path.way import Way
 from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
-from phase_traj_ros.core.update import Counters, Update
+from phase_traj_ros.core.update import Update
 from phase_traj_ros.errors import FrameError
 
 
@@ -65,7 +65,10 @@ class TrajectoryEstimator:
         self._width = 0
         self.correlate_ns = 0
         """Time to correlate the last frame, in nanoseconds."""
-        self._last_stamp_ns: int | None = None
+        self.last_stamp_ns: int | None = None
+        """Stamp of the newest frame in nanoseconds; None before the first."""
+        self.counters = self._integration.counters
+        """Counts since the estimator was made."""
         # Stamps of the newest frame that repeats no picture, and of the newest measured one.
         self._used_stamp_ns = self._measured_ns = 0
         if self._settings.lens is not None:
@@ -100,11 +103,6 @@ class TrajectoryEstimator:
         return self._integration.heading
 
     @property
-    def counters(self) -> Counters:
-        """Return the counts since the estimator was made."""
-        return self._integration.counters
-
-    @property
     def turns(self) -> tuple[Turn, ...]:
         """Return the turns that have ended, oldest first, at most ``max_runs``."""
         return tuple(self._integration.turns)
@@ -118,16 +116,6 @@ class TrajectoryEstimator:
     def frames(self) -> int:
         """Return the number of frames since the last reset: one more than movement codes."""
         return self._integration.frames
-
-    @property
-    def last_stamp_ns(self) -> int | None:
-        """Return the stamp of the newest frame in nanoseconds; None before the first."""
-        return self._last_stamp_ns
-
-    @property
-    def threshold_px(self) -> float | None:
-        """Return T for the newest pair in pixels per frame; None if the codes need none."""
-        return self._settings.threshold_set
 
     @property
     def newest_speed_ns(self) -> int | None:
@@ -179,7 +167,7 @@ class TrajectoryEstimator:
         if self.heading is not None:
             if lens != self.heading.camera.lens:
                 self._integration.stop_foreseeing()
-                self._repeats.forget()
+                self._repeats = RepeatDetector()
             self.heading.use_lens(lens)
         elif self._settings.measures_heading:
             self._integration.heading = self._make_heading(lens)
@@ -220,7 +208,7 @@ class TrajectoryEstimator:
         Continue with other settings; codes and path are kept.
 
         If the change affects the correlation, the next frame becomes the first of a pair.
-        ``max_runs`` and ``max_corners`` do not change after the start. A change between AUTO and
+        ``max_runs`` and ``max_corners`` change with the next reset. A change between AUTO and
         SHIFT restarts codes and path.
 
         Raises
@@ -232,9 +220,9 @@ class TrajectoryEstimator:
         self.check(settings)
         switches = self._switches_rule(settings)
         self._settings = settings
-        self._repeats.forget()
+        self._repeats = RepeatDetector()
         self._meter.reconfigure(settings)
-        self._integration.reconfigure(settings, restarts=switches)
+        self._integration.reconfigure(settings)
         if switches:
             self._judge = Judge(settings.code_source)
             self._exclude_areas()
@@ -245,12 +233,12 @@ class TrajectoryEstimator:
     def reset(self) -> None:
         """Restart with the next frame: no codes, no path, direction forward."""
         self._meter.reset()
-        self._repeats.forget()
+        self._repeats = RepeatDetector()
         if self._integration.camera is not None:
             self._integration.camera.forget_frame()
         self._judge.reset()
         self._integration.reset()
-        self._last_stamp_ns = None
+        self.last_stamp_ns = None
 
     def update(self, frame: Frame, stamp_ns: int, *, encoding: str = '') -> Update | None:
         """
@@ -277,17 +265,17 @@ class TrajectoryEstimator:
             unchanged.
 
         """
-        if self._last_stamp_ns is not None and stamp_ns <= self._last_stamp_ns:
+        if self.last_stamp_ns is not None and stamp_ns <= self.last_stamp_ns:
             raise FrameError(
                 f'its stamp, {stamp_ns} ns, is not after that of the previous frame,'
-                f' {self._last_stamp_ns} ns: give the frames to a FrameStream, which drops late'
+                f' {self.last_stamp_ns} ns: give the frames to a FrameStream, which drops late'
                 ' ones, or call reset()')
         if self._settings.measures_heading and self.heading is None:
             raise FrameError(
                 'the camera is unknown, and a focal length is required: publish its camera_info,'
                 ' or set focal_px or hfov_deg')
         began = time.perf_counter_ns()
-        first = self._last_stamp_ns is None
+        first = self.last_stamp_ns is None
         interval_ns = 0 if first else stamp_ns - self._used_stamp_ns
         waited_ns = 0 if first else stamp_ns - self._measured_ns
         # First, as an unusable frame must not change the state.
@@ -328,9 +316,9 @@ class TrajectoryEstimator:
 
     def _count(self, stamp_ns: int) -> None:
         """Count a frame that can be used."""
-        if self._last_stamp_ns is not None:
-            self._jitter.add(stamp_ns - self._last_stamp_ns)
-        self._last_stamp_ns = stamp_ns
+        if self.last_stamp_ns is not None:
+            self._jitter.add(stamp_ns - self.last_stamp_ns)
+        self.last_stamp_ns = stamp_ns
         self._integration.count_frame()
 
     def _is_foreseen(
@@ -357,7 +345,7 @@ class TrajectoryEstimator:
     ) -> VisualCompass:
         return VisualCompass(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
-            learning=learning, keyframes=self._settings.keyframes)
+            learning=learning)
 
     def _exclude_areas(self) -> None:
         """Measure without the areas that are fixed to the camera, from the next pair on."""

@@ -37,22 +37,10 @@ class Integration:
         self._settings = settings
         self.heading: VisualCompass | None = None
         """The visual compass; None if no lens is known."""
-        self.coder = Coder(settings)
-        self.route = Route(settings)
         self.distance_meter = DistanceMeter(settings)
         self.counters = Counters()
-        self.turns: deque[Turn] = deque(maxlen=settings.max_runs)
-        """The turns that have ended, oldest first."""
-        self.frames = 0
-        """Number of frames since the last reset."""
-        self._monitor = ReliabilityMonitor()
-        self._has_turns = False
         self._reported_lens: Lens | None = None
-        # Number of the newest measured frame, its update if trusted, and the update of the newest
-        # frame, relative to it, if foreseen.
-        self._measured_frame = 0
-        self._trusted: Update | None = None
-        self._foreseen: Update | None = None
+        self.reset()
 
     @property
     def camera(self) -> YawCamera | None:
@@ -70,31 +58,35 @@ class Integration:
         self.counters.repeated += count
         self._monitor.add_same_stamps(count)
 
-    def reconfigure(self, settings: EstimatorSettings, *, restarts: bool) -> None:
-        """Continue with other settings; with ``restarts``, codes and path start again."""
+    def reconfigure(self, settings: EstimatorSettings) -> None:
+        """Continue with other settings."""
         self._settings = settings
         self.stop_foreseeing()
         self.distance_meter.reconfigure(settings)
         self.coder.reconfigure(settings)
-        if restarts:
-            self.coder, self.route = Coder(settings), Route(settings)
+
+    def reset(self) -> None:
+        """Restart with the next frame: no codes, no path, direction forward."""
+        self.coder = Coder(self._settings)
+        self.route = Route(self._settings)
+        self.turns: deque[Turn] = deque(maxlen=self._settings.max_runs)
+        """The turns that have ended, oldest first."""
+        if self.heading is not None:
+            self.heading.restart()
+        self.distance_meter.reset()
+        self.frames = 0
+        """Number of frames since the last reset."""
+        self._monitor = ReliabilityMonitor()
+        self._has_turns = False
+        # Number of the newest measured frame, its update if trusted, and the update of the newest
+        # frame, relative to it, if foreseen.
+        self._measured_frame = 0
+        self._trusted: Update | None = None
+        self._foreseen: Update | None = None
 
     def stop_foreseeing(self) -> None:
         """Do not foresee frames from the newest pair."""
         self._trusted = None
-
-    def reset(self) -> None:
-        """Restart with the next frame: no codes, no path, direction forward."""
-        self.coder.reset()
-        self.turns.clear()
-        if self.heading is not None:
-            self.heading.restart()
-        self._monitor = ReliabilityMonitor()
-        self._has_turns = False
-        self.distance_meter.reset()
-        self.route.reset()
-        self.frames = 0
-        self._trusted = self._foreseen = None
 
     def count_frame(self) -> None:
         """Count a frame; its pair is added next."""

@@ -93,7 +93,7 @@ class PairMeter:
     def reset(self) -> None:
         """Forget the newest frame: the next one becomes the first of a pair."""
         self._correlator.reset()
-        self._quality.reset()
+        self._make_quality()
         self._cuts.reset()
 
     def exclude(self, weights: NDArray[np.uint8] | None) -> None:

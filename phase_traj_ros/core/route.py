@@ -33,13 +33,6 @@ class Route:
                 settings.code_step, connectivity=settings.connectivity,
                 max_runs=settings.max_runs)
 
-    def reset(self) -> None:
-        """Go back to the origin."""
-        for part in (
-                self._chain_path, self._heading_path, self._odometer, self.way, self.links):
-            if part is not None:
-                part.reset()
-
     def start(self, stamp_ns: int) -> None:
         """Start at the origin, on a route that has not started."""
         self._chain_path.start(stamp_ns)

@@ -3,7 +3,8 @@
 """Decides which frames of a stream are used, by their stamps alone, live and offline alike."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+import math
 from typing import Generic, TypeVar
 
 from phase_traj_ros.core.frames.tuning import TUNING
@@ -48,56 +49,36 @@ class StampGate(Generic[_FrameT]):
         The iterator has to be exhausted before the next call. The frame may be anything that
         belongs to the stamp, the time of the exposure in nanoseconds.
         """
-        held, self._held = self._held, None
-        if held is not None:
-            if stamp_ns == held.stamp_ns:
-                self.repeated += 1
-                self._held = held
-                return
-            if self._continues(held, stamp_ns):
-                yield self._use(held)
-            else:
-                self.dropped += 1
-        yield from self._sort(Passed(frame, stamp_ns))
+        if self._held is not None and stamp_ns == self._held.stamp_ns:
+            self.repeated += 1
+            return
+        yield from self._settle(stamp_ns)
+        step_ns = None if self._newest_ns is None else stamp_ns - self._newest_ns
+        longest_ns = max(TUNING.jump_ns, TUNING.jump_intervals * self._interval_ns)
+        if step_ns is None or 0 < step_ns <= longest_ns:
+            yield self._use(Passed(frame, stamp_ns))
+        elif step_ns == 0:
+            self.repeated += 1
+        elif -TUNING.jump_ns <= step_ns < 0:
+            self.dropped += 1
+        else:
+            clock_set = self._interval_ns == 0 and step_ns > TUNING.clock_set_ns
+            self._held = Passed(frame, stamp_ns, restarts=step_ns < 0 or clock_set)
 
     def finish(self) -> Iterator[Passed[_FrameT]]:
         """End the stream: yield a frame held after a forward jump, drop one after a backward."""
+        yield from self._settle(math.inf)
+
+    def _settle(self, stamp_ns: float) -> Iterator[Passed[_FrameT]]:
+        """Yield the held frame if a stamp continues from it and not from the newest; or drop it."""
         held, self._held = self._held, None
-        if held is None:
+        if held is None or self._newest_ns is None:
             return
-        if self._newest_ns is not None and held.stamp_ns < self._newest_ns:
-            self.dropped += 1
-        else:
+        backward = held.stamp_ns < self._newest_ns
+        if held.stamp_ns < stamp_ns and not (backward and stamp_ns >= self._newest_ns):
             yield self._use(held)
-
-    def reset(self) -> None:
-        """Start anew with the next frame, whatever its stamp; the counts are kept."""
-        self._newest_ns = self._held = None
-        self._interval_ns = 0
-
-    def _sort(self, next_: Passed[_FrameT]) -> Iterator[Passed[_FrameT]]:
-        if self._newest_ns is None:
-            yield self._use(next_)
-            return
-        step_ns = next_.stamp_ns - self._newest_ns
-        if step_ns == 0:
-            self.repeated += 1
-        elif step_ns < -TUNING.jump_ns:
-            self._held = Passed(next_.frame, next_.stamp_ns, restarts=True)
-        elif step_ns < 0:
-            self.dropped += 1
-        elif step_ns > max(TUNING.jump_ns, TUNING.jump_intervals * self._interval_ns):
-            first = self._interval_ns == 0
-            self._held = replace(next_, restarts=first and step_ns > TUNING.clock_set_ns)
         else:
-            yield self._use(next_)
-
-    def _continues(self, held: Passed[_FrameT], stamp_ns: int) -> bool:
-        """Return whether a stamp continues from the held frame, not from the newest one used."""
-        assert self._newest_ns is not None
-        if held.stamp_ns < self._newest_ns:
-            return held.stamp_ns < stamp_ns < self._newest_ns
-        return stamp_ns > held.stamp_ns
+            self.dropped += 1
 
     def _use(self, passed: Passed[_FrameT]) -> Passed[_FrameT]:
         before_ns = self._newest_ns

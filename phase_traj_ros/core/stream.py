@@ -102,7 +102,7 @@ class FrameStream(Generic[_StampedT]):
 
     def reset(self) -> None:
         """Start anew with the next frame, whatever its stamp."""
-        self._gate.reset()
+        self._gate = StampGate()
         self._estimator.reset()
 
     def _take(self, passing: Iterable[Passed[_StampedT]]) -> Iterator[Outcome[_StampedT]]:

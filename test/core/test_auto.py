@@ -132,9 +132,9 @@ def test_a_threshold_switches_to_the_papers_rule_and_back(lens):
             assert list(estimator.codes.movement) == list(by_itself.codes.movement)
             assert [update.shift for update in updates] == [update.shift for update in expected]
             assert [update.tip for update in updates] == [update.tip for update in expected]
-            assert estimator.threshold_px == 16.0
+            assert estimator.settings.threshold_set == 16.0
         else:
-            assert estimator.threshold_px is None
+            assert estimator.settings.threshold_set is None
             assert changes(estimator) == [2, 0]
         # The heading is measured in both.
         assert all(update.heading is not None for update in updates)
@@ -148,7 +148,7 @@ def test_the_same_settings_again_start_nothing_anew():
     estimator.reconfigure(replace(PAPER, threshold=40.0))
     feed(estimator, pictures()[:20])
     estimator.reconfigure(replace(PAPER, threshold=12.0))
-    assert (estimator.frames, estimator.threshold_px) == (20, 12.0)
+    assert (estimator.frames, estimator.settings.threshold_set) == (20, 12.0)
 
 
 def test_what_else_is_settled_stays_refused_with_a_switch():

@@ -108,12 +108,3 @@ def test_two_strays_in_a_row_are_both_dropped() -> None:
     used, restarts, counts = _run([*good[:5], _EPOCH_S + 3600.0, 0.0, *good[5:]])
     assert (used, restarts) == (good, [])
     assert counts == (0, 2)
-
-
-def test_a_reset_forgets_the_stamps_and_keeps_the_counts() -> None:
-    gate: StampGate[str] = StampGate()
-    assert [each.frame for each in gate.push('a', 5_000_000_000)] == ['a']
-    assert not list(gate.push('b', 4_900_000_000))
-    gate.reset()
-    assert [each.frame for each in gate.push('c', 1_000_000_000)] == ['c']
-    assert (gate.repeated, gate.dropped) == (0, 1)

@@ -53,16 +53,12 @@ class ChainCode:
         """The current turn, ``LEFT`` or ``RIGHT``, or None."""
         self.reset()
 
-    @property
-    def heading(self) -> AnyDirection:
-        """Return the current direction."""
-        return self._heading
-
     def reset(self) -> None:
         """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
         self.movement.clear()
         self.direction.clear()
-        self._heading = Direction.FORWARD
+        self.heading: AnyDirection = self.directions.FORWARD
+        """The current direction."""
         self._started = False
         self._end_turn()
 
@@ -87,9 +83,9 @@ class ChainCode:
 
     def _turned(self, side: Movement) -> Movement:
         """Turn the direction by a quarter to a side; return the side."""
-        self._heading = (
-            self._heading.turned_left() if side is Movement.LEFT
-            else self._heading.turned_right())
+        heading = Direction(self.heading)
+        self.heading = (
+            heading.turned_left() if side is Movement.LEFT else heading.turned_right())
         return side
 
     def _append(self, movement: Movement) -> Step:

@@ -11,7 +11,6 @@ arbitrary geometric configurations", 1961. The start heads up, code 2 (the paper
     5      6 (3)   7
 """
 
-from types import MappingProxyType
 from typing import TypeAlias
 
 from phase_traj_ros.core.codes.codes import Code, Direction
@@ -39,7 +38,7 @@ def freeman(direction: AnyDirection) -> Freeman:
     return Freeman[direction.name]
 
 
-_TO_FOUR = MappingProxyType({freeman(direction): direction for direction in Direction})
+_TO_FOUR = {freeman(direction): direction for direction in Direction}
 
 
 def to_four(code: Freeman, before: Direction = Direction.FORWARD) -> Direction:

@@ -12,7 +12,6 @@ import math
 
 from phase_traj_ros.core.codes.chain import ChainCode, Step, yawing
 from phase_traj_ros.core.codes.codes import Movement
-from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.sectors import HeadingSector
 
 
@@ -48,11 +47,6 @@ class HeadingCode(ChainCode):
         self.directions = self._sector.directions
         super().__init__(max_runs=max_runs)
 
-    @property
-    def heading(self) -> AnyDirection:
-        """Return the current direction."""
-        return self._sector.direction
-
     def reset(self) -> None:
         """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
         super().reset()
@@ -81,6 +75,7 @@ class HeadingCode(ChainCode):
         if self._starts():
             return Movement.FORWARD
         turned = self._sector.follow(heading)
+        self.heading = self._sector.direction
         if turned:
             return Movement.LEFT if turned > 0 else Movement.RIGHT
         return Movement.FORWARD if self.turn is None else Movement.NO_CHANGE

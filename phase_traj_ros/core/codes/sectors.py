@@ -5,7 +5,7 @@
 import math
 
 from phase_traj_ros.core.codes.codes import Direction
-from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, to_four
+from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
 from phase_traj_ros.core.codes.tuning import TUNING
 
 
@@ -24,7 +24,6 @@ class HeadingSector:
         """
         if connectivity not in (4, 8):
             raise ValueError(f'connectivity is {connectivity}: give 4 or 8')
-        self._connectivity = connectivity
         self.directions: type[Direction] | type[Freeman] = (
             Freeman if connectivity == 8 else Direction)
         """Type of the directions: the paper's four, or Freeman's eight."""
@@ -35,8 +34,9 @@ class HeadingSector:
     @property
     def direction(self) -> AnyDirection:
         """Return the direction of the current sector."""
-        code = Freeman((Freeman.FORWARD + self._number * (8 // self._connectivity)) % 8)
-        return code if self._connectivity == 8 else to_four(code)
+        if self.directions is Freeman:
+            return Freeman((Freeman.FORWARD + self._number) % 8)
+        return Direction((Direction.FORWARD - self._number) % 4)
 
     def reset(self) -> None:
         """Go back to ``FORWARD``."""

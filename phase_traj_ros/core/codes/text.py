@@ -38,8 +38,6 @@ _TEXT = re.compile(r'frames (\d+); movement (.*); direction (.*)', re.ASCII)
 _LINKS = re.compile(r'step (\d+(?:\.\d+)?) ([a-z ]+); links (.*)', re.ASCII)
 # Looser than the grammar: a parsed series has to be written as it was read.
 _SERIES = re.compile(r'(\d+) \(((?:\d:\d+ ?)+)\)( \.\.\.)?((?: \dx[1-9]\d*)*)', re.ASCII)
-# Numbers of different codes.
-_FOUR, _FOUR_OR_EIGHT = (4,), (4, 8)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,18 +87,14 @@ class LinksText:
         return f'step {self.step:.12g} {self.unit}; links {self.links}'
 
 
-def describe(
-    codes: ChainCode, *, frames: int, max_runs: int | None = None,
-) -> ChainCodeText:
+def describe(codes: ChainCode, *, frames: int, max_runs: int | None = None) -> ChainCodeText:
     """Return the text form of ``codes``, with at most ``max_runs`` runs per series."""
     return ChainCodeText(
         frames, _series_text(codes.movement, Movement, max_runs),
         _series_text(codes.direction, codes.directions, max_runs))
 
 
-def describe_links(
-    code: LinkCode, *, unit: str, max_runs: int | None = None,
-) -> LinksText:
+def describe_links(code: LinkCode, *, unit: str, max_runs: int | None = None) -> LinksText:
     """Return the text form of the equal links, with at most ``max_runs`` runs."""
     return LinksText(code.step, unit, _series_text(code.series, code.directions, max_runs))
 
@@ -119,7 +113,7 @@ def parse_links(text: str) -> LinksText:
     if match is None:
         raise ValueError(f'not a text of equal links: {text!r:.80}')
     step, unit, links = match.groups()
-    return LinksText(float(step), unit, _parse_series(links, _FOUR_OR_EIGHT))
+    return LinksText(float(step), unit, _parse_series(links))
 
 
 def parse(text: str) -> ChainCodeText:
@@ -135,9 +129,8 @@ def parse(text: str) -> ChainCodeText:
     match = _TEXT.fullmatch(text)
     if match is not None:
         frames, movement, direction = match.groups()
-        found = ChainCodeText(
-            int(frames), _parse_series(movement, _FOUR), _parse_series(direction, _FOUR_OR_EIGHT))
-        if str(found) == text:
+        found = ChainCodeText(int(frames), _parse_series(movement), _parse_series(direction))
+        if str(found) == text and len(found.movement.totals) == len(Movement):
             return found
     raise ValueError(f'not a chain code text: {text!r:.80}')
 
@@ -146,23 +139,19 @@ def _series_text(
     series: CodeSeries[Any], codes: type[Code], max_runs: int | None,
 ) -> SeriesText:
     runs = series.runs if max_runs is None else series.last_runs(max_runs)
-    kept = sum(run.count for run in runs)
     return SeriesText(
-        length=len(series),
-        totals=series.totals_of(codes),
-        runs=tuple((int(run.code), run.count) for run in runs),
-        complete=kept == len(series),
-    )
+        len(series), series.totals_of(codes), tuple((int(run.code), run.count) for run in runs),
+        complete=sum(run.count for run in runs) == len(series))
 
 
-def _parse_series(text: str, kinds: tuple[int, ...]) -> SeriesText:
+def _parse_series(text: str) -> SeriesText:
     match = _SERIES.fullmatch(text)
     if match is not None:
         length, totals, dots, runs = match.groups()
         series = SeriesText(
             int(length), tuple(int(each[2:]) for each in totals.split()),
             tuple((int(run[0]), int(run[2:])) for run in runs.split()), complete=dots is None)
-        if str(series) == text and len(series.totals) in kinds:
+        if str(series) == text and len(series.totals) in (4, 8):
             _check_sums(series)
             return series
     raise ValueError(f'not a series of codes: {text!r:.80}')

@@ -30,34 +30,15 @@ class ThresholdHint:
 
     misfit
         How it does not fit.
-    threshold_px, largest_px
-        The threshold, and the largest shift that lasted for some pairs, in pixels per frame.
+    sentence
+        The hint as a sentence for users.
     suggested_px
-        A threshold that may fit; None if the shifts do not suggest one.
-    beyond
-        Share of the pairs that shift by the threshold or more.
+        A threshold that may fit, in pixels per frame; None if the shifts do not suggest one.
     """
 
     misfit: Misfit
-    threshold_px: float
-    largest_px: float
+    sentence: str
     suggested_px: float | None
-    beyond: float
-
-    @property
-    def sentence(self) -> str:
-        """Return the hint as a sentence for users."""
-        advice = 'try code_source auto'
-        if self.suggested_px is not None:
-            advice += f', or a threshold of about {self.suggested_px:.2g} px'
-        if self.misfit is Misfit.TOO_HIGH:
-            return (f'no lasting shift reached the threshold of {self.threshold_px:.3g} px, the'
-                    f' largest was {self.largest_px:.2g} px: if the vehicle turned, {advice}')
-        if self.misfit is Misfit.TOO_LOW:
-            return (f'{100 * self.beyond:.0f} % of the pairs shift by the threshold of'
-                    f' {self.threshold_px:.3g} px or more, too many for turns: {advice}')
-        return (f'with a threshold of {self.threshold_px:.3g} px, most turns end as soon as they'
-                f' begin: {advice}')
 
 
 class ShiftSummary:
@@ -106,14 +87,23 @@ class ShiftSummary:
         turned = self._fastest >= TUNING.min_turn_speed * width
         fitting = self._largest * TUNING.threshold_share if turned else None
         if turned and self._largest < self._threshold:
-            return self._made(Misfit.TOO_HIGH, fitting)
+            return _hint(
+                Misfit.TOO_HIGH, f'no lasting shift reached the threshold of {self._threshold:.3g}'
+                f' px, the largest was {self._largest:.2g} px: if the vehicle turned,', fitting)
         if self._beyond >= TUNING.max_beyond * self._pairs:
             higher = fitting is not None and fitting > self._threshold
-            return self._made(Misfit.TOO_LOW, fitting if higher else None)
+            return _hint(
+                Misfit.TOO_LOW, f'{100 * self._beyond / self._pairs:.0f} % of the pairs shift by'
+                f' the threshold of {self._threshold:.3g} px or more, too many for turns:',
+                fitting if higher else None)
         if self._turns >= TUNING.min_flickers and self._short >= TUNING.max_short * self._turns:
-            return self._made(Misfit.FLICKERING, fitting)
+            return _hint(
+                Misfit.FLICKERING, f'with a threshold of {self._threshold:.3g} px, most turns end'
+                ' as soon as they begin:', fitting)
         return None
 
-    def _made(self, misfit: Misfit, suggested: float | None) -> ThresholdHint:
-        return ThresholdHint(
-            misfit, self._threshold, self._largest, suggested, self._beyond / self._pairs)
+
+def _hint(misfit: Misfit, finding: str, suggested: float | None) -> ThresholdHint:
+    """Return the hint that begins with this finding, and ends with what to try."""
+    instead = '' if suggested is None else f', or a threshold of about {suggested:.2g} px'
+    return ThresholdHint(misfit, f'{finding} try code_source auto{instead}', suggested)

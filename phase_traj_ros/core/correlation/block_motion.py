@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.correlation.mask import mask_weights
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.correlation.tuning import TUNING
-from phase_traj_ros.core.correlation.view import halvings
+from phase_traj_ros.core.correlation.view import halvings, reduced
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,11 +36,7 @@ class BlockFlow:
 
 
 class BlockMotion:
-    """
-    Keeps two consecutive frames, reduced, and compares them block by block.
-
-    Nothing of a frame's size is allocated after the first frame.
-    """
+    """Keeps two consecutive frames, reduced, and compares them block by block."""
 
     def __init__(self, *, mask: ArrayLike | None = None) -> None:
         """
@@ -61,10 +57,6 @@ class BlockMotion:
         # The newest and the previous frame, reduced.
         self._current = self._previous = np.empty((0, 0), np.float32)
 
-    def reset(self) -> None:
-        """Forget the previous frame."""
-        self._primed = False
-
     def exclude(self, weights: ArrayLike | None) -> None:
         """Ignore areas in addition to the mask, from (H, W) weights; None for none."""
         self._excluded = None if weights is None else mask_weights(weights)
@@ -75,19 +67,13 @@ class BlockMotion:
         """
         Take the next frame, (H, W), of a type and a size that the correlator accepts.
 
-        Return whether there is a previous frame to compare it with. There is none at the start,
-        after a reset and after a change of size or type.
+        Return whether there is a previous frame to compare it with. There is none at the start
+        and after a change of size or type.
         """
         if (frame.shape, frame.dtype) != self._form:
             self._allocate(frame.shape, frame.dtype)
         self._current, self._previous = self._previous, self._current
-        height, width = self._current.shape
-        reduced: NDArray[Any] = frame[:height * self._scale, :width * self._scale]
-        for half in self._halves:
-            # Repeated halving is several times as fast as reducing in one step.
-            reduced = cv2.resize(
-                reduced, half.shape[::-1], dst=half, interpolation=cv2.INTER_AREA)
-        self._current[...] = reduced
+        self._current[...] = reduced(frame, self._scale, self._scale)
         primed, self._primed = self._primed, True
         return primed
 
@@ -163,12 +149,9 @@ class BlockMotion:
     def _allocate(self, shape: tuple[int, int], dtype: np.dtype[Any]) -> None:
         self._form = shape, dtype
         self._primed = False
-        times = halvings(shape, pixels=TUNING.block_pixels, least=TUNING.min_block_px + 2)
-        self._scale = 2 ** times
+        self._scale = 2 ** halvings(
+            shape, pixels=TUNING.block_pixels, least=TUNING.min_block_px + 2)
         height, width = (side // self._scale for side in shape)
-        self._halves = [
-            np.empty((height << left, width << left), dtype)
-            for left in reversed(range(times))]
         # Differences are taken within the frame, so no block contains its border.
         rows, columns = (
             max(min(most, (side - 2) // TUNING.min_block_px), 1)

@@ -14,10 +14,13 @@ from typing import cast
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from phase_traj_ros.core.correlation.aligned import aligned_zeros
 from phase_traj_ros.core.correlation.mask import check_size, mask_weights
-from phase_traj_ros.core.correlation.peak import refine
-from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape, ROUNDING
+from phase_traj_ros.core.correlation.spectrum import (
+    aligned_zeros,
+    CrossPhase,
+    padded_shape,
+    ROUNDING,
+)
 from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
 from phase_traj_ros.core.correlation.windows import Window, window_2d
 from phase_traj_ros.errors import FrameError
@@ -232,10 +235,29 @@ class PhaseCorrelator:
 
     def _shift_at(self, row: int, column: int) -> Shift:
         return Shift(
-            dx=refine(self._map[row], column),
-            dy=refine(self._map[:, column], row),
+            dx=_refined(self._map[row], column),
+            dy=_refined(self._map[:, column], row),
             response=min(float(self._map[row, column]) / (self._unit * self._highest), 1.0),
         )
+
+
+def _refined(line: NDArray[np.float32], peak: int) -> float:
+    """
+    Return the position of the peak along a cyclic line through it, in pixels.
+
+    A shift by whole pixels and a fraction d gives a peak of the form sin(pi x) / (pi x) about
+    the true position (the Dirichlet kernel; cf. Foroosh, Zerubia, Berthod, "Extension of phase
+    correlation to subpixel registration", 2002). For this form, the difference of the two
+    neighbours divided by the peak is q = 2 d / (1 - d**2), which is solved for d. The difference
+    cancels whatever surrounds the peak evenly, such as the broad foot caused by forward motion.
+    """
+    length = len(line)
+    centre = float(line[peak])
+    right, left = float(line[(peak + 1) % length]), float(line[peak - 1])
+    ratio = (right - left) / centre if centre > 0.0 else 0.0
+    fraction = ratio / (1.0 + math.sqrt(1.0 + ratio * ratio))
+    position = peak if peak < length - peak else peak - length
+    return position + min(max(fraction, -0.5), 0.5)
 
 
 def check_frame(frame: Frame) -> None:

@@ -170,12 +170,6 @@ class PairQuality:
         self._has_pair = False
         self._width = 0
 
-    def reset(self) -> None:
-        """Forget all frames, as at the start and when the form of the frames changes."""
-        self._blocks.reset()
-        self._has_pair = False
-        self.interrupt()
-
     def exclude(self, weights: ArrayLike | None) -> None:
         """Ignore areas in addition to the mask, from (H, W) weights; None for none."""
         self._blocks.exclude(weights)

@@ -10,11 +10,11 @@ number in the first and the last row, and pairs down the column between them.
 """
 
 from itertools import count
+import math
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.correlation.aligned import aligned_zeros
 
 ROUNDING = 1e-6
 """Rounding noise of a float32 transform, as a share of the spectrum's root mean square."""
@@ -25,6 +25,8 @@ _LEAST_PADDING = 4
 _CRAMPED, _CROWDED = 256, 1024
 # Bins whitened at a time: few enough to fit a core's own cache, enough to hide call overhead.
 _BLOCK_BINS = 1 << 16
+# Length of a cache line in bytes.
+_LINE = 64
 
 
 def padded_side(length: int) -> int:
@@ -55,6 +57,20 @@ def _suits(side: int, length: int) -> bool:
 def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
     """Return the transform's size (M, N) for a frame of ``shape`` (H, W)."""
     return padded_side(shape[0]), padded_side(shape[1])
+
+
+def aligned_zeros(shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """
+    Return a float32 array of zeros of ``shape`` that starts at a multiple of 64 bytes.
+
+    Vectorised loops process the elements before the first aligned address separately, and round
+    them differently where they can fuse multiply and add. Arrays of numpy start at any address, so
+    the same frames would give shifts that differ in the last digit from run to run.
+    """
+    size = math.prod(shape) * np.dtype(np.float32).itemsize
+    raw = np.zeros(size + _LINE, np.uint8)
+    first = -raw.ctypes.data % _LINE
+    return raw[first:first + size].view(np.float32).reshape(shape)
 
 
 class CrossPhase:

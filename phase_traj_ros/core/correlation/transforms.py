@@ -9,6 +9,7 @@ of them work in place on the packed layout of ``phase_traj_ros.core.correlation.
 no other module depends on the library.
 """
 
+from contextlib import suppress
 from enum import Enum
 from functools import cache
 import importlib
@@ -73,18 +74,14 @@ class ScipyTransform:
 
         """
         try:
-            self._version = importlib.import_module('scipy').__version__
+            self.name = f'scipy {importlib.import_module("scipy").__version__}'
+            """Version of scipy."""
             self._complex: Any = importlib.import_module('scipy.fft')
             self._real: Any = importlib.import_module('scipy.fftpack')
         except ImportError as error:
             raise MissingDependencyError(
                 'transform is scipy, but scipy is not installed: install'
                 ' python3-scipy (apt) or scipy (pip), or set transform to auto') from error
-
-    @property
-    def name(self) -> str:
-        """Return the version of scipy."""
-        return f'scipy {self._version}'
 
     def forward(self, picture: NDArray[np.float32], rows: int) -> None:
         """Transform the rows that are not empty, then all columns."""
@@ -123,18 +120,9 @@ def opencv_has_intels() -> bool:
     return hasattr(cv2, 'ipp') and cv2.ipp.getIppVersion() != 'disabled'
 
 
-def scipy_is_installed() -> bool:
-    """Return whether scipy can be imported."""
-    try:
-        ScipyTransform()
-    except MissingDependencyError:
-        return False
-    return True
-
-
 def transform_hint() -> str:
     """Return how to make the transforms faster; empty if no faster choice is known."""
-    if opencv_has_intels() or scipy_is_installed():
+    if opencv_has_intels() or isinstance(find_transform(), ScipyTransform):
         return ''
     return ('scipy is twice as fast as this OpenCV: install python3-scipy (apt) or scipy'
             ' (pip)')
@@ -153,6 +141,9 @@ def find_transform(library: TransformLibrary = TransformLibrary.AUTO) -> Transfo
         ``library`` is SCIPY, and scipy is not installed.
 
     """
-    if library is TransformLibrary.AUTO and not opencv_has_intels() and scipy_is_installed():
-        library = TransformLibrary.SCIPY
-    return ScipyTransform() if library is TransformLibrary.SCIPY else OpenCvTransform()
+    if library is TransformLibrary.SCIPY:
+        return ScipyTransform()
+    if library is TransformLibrary.AUTO and not opencv_has_intels():
+        with suppress(MissingDependencyError):
+            return ScipyTransform()
+    return OpenCvTransform()

@@ -12,8 +12,9 @@ import math
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.frames.halts import HaltDetector, square_means
+from phase_traj_ros.core.correlation.view import reduced
 from phase_traj_ros.core.frames.tuning import TUNING
 
 
@@ -21,14 +22,10 @@ class RepeatDetector:
     """Keeps the newest frame that was used, and recognises its repetitions."""
 
     def __init__(self) -> None:
-        """Make a detector without a frame."""
-        self.forget()
-
-    def forget(self) -> None:
-        """Forget the frame: the next one is not a repetition."""
+        """Make a detector without a frame: the next one is not a repetition."""
         self._encoding = ''
         self._frame: Frame | None = None
-        self._halts = HaltDetector()
+        self._halts = _HaltDetector()
         self._video_interval_ns = self._repeats = 0
         self._frames_since_repeat = TUNING.repeat_memory_frames
         self._repeats_before: int | None = None
@@ -90,9 +87,48 @@ class RepeatDetector:
         return self._halts.update(kept, frame, interval_ns, change=change, same=same)
 
 
+class _HaltDetector:
+    """
+    Recognises repeated pictures of a video, after its motion has halted and continued once.
+
+    Hardware encoders change a picture that they repeat by several grey levels, more than a slow
+    robot changes it between two exposures. But a vehicle does not stop and start again within a
+    quarter of a second.
+    """
+
+    def __init__(self) -> None:
+        """Make a detector before the first pair."""
+        self._moving = 0.0
+        self._since_ns = 0
+        self._halted = False
+        self._expected = 0
+
+    def update(
+        self, before: Frame, after: Frame, interval_ns: int, *, change: float, same: bool,
+    ) -> bool:
+        """
+        Return whether a frame ``after`` repeats the last one that was used, both (H, W) uint8.
+
+        ``interval_ns`` is the time between them, ``change`` their mean difference in grey levels,
+        and ``same`` whether they are known to be the same picture.
+        """
+        in_time = self._since_ns + interval_ns < TUNING.halt_ns
+        halts = same or (in_time and change < TUNING.halt_share * self._moving
+                         and _is_still(before, after))
+        if in_time and self._halted and not halts:
+            self._expected = TUNING.repeat_memory_frames
+        repeated = same or (halts and self._expected > 0)
+        self._halted = in_time and halts
+        if not repeated:
+            self._expected = max(self._expected - 1, 0)
+            self._since_ns = self._since_ns + interval_ns if halts else 0
+            self._moving = self._moving if halts else change
+        return repeated
+
+
 def _is_improved(frame: Frame, kept: Frame, interval_ns: int) -> bool:
     """Return whether a picture may have changed by what its encoder improved."""
-    changed = square_means(cv2.absdiff(frame, kept).astype(np.float32))
+    changed = _square_means(cv2.absdiff(frame, kept).astype(np.float32))
     most = TUNING.reencoded_max if interval_ns < TUNING.halt_ns else TUNING.frozen_max
     return (float(np.median(changed)) <= TUNING.reencoded_median and float(changed.max()) <= most
             and _shows_something(frame))
@@ -100,3 +136,29 @@ def _is_improved(frame: Frame, kept: Frame, interval_ns: int) -> bool:
 
 def _shows_something(frame: Frame) -> bool:
     return bool(frame.min() < frame.max())
+
+
+def _is_still(before: Frame, after: Frame) -> bool:
+    """Return whether hardly any square moves, by one step of Lucas and Kanade in each."""
+    times = max(before.shape[1] // TUNING.still_width_px, 1)
+    before, after = reduced(before, times, times), reduced(after, times, times)
+    change = cv2.subtract(after, before, dtype=cv2.CV_32F)
+    mean = cv2.addWeighted(before, 0.5, after, 0.5, 0.0)
+    across = cv2.Sobel(mean, cv2.CV_32F, 1, 0, scale=1 / 8)
+    down = cv2.Sobel(mean, cv2.CV_32F, 0, 1, scale=1 / 8)
+    # The addition, noise of one grey level, keeps squares without texture still.
+    xx, yy = _square_means(across * across) + 1.0, _square_means(down * down) + 1.0
+    xy = _square_means(across * down)
+    xt, yt = _square_means(across * change), _square_means(down * change)
+    motion = np.hypot(yy * xt - xy * yt, xx * yt - xy * xt) / (xx * yy - xy * xy)
+    texture = xx + yy
+    textured = motion[texture >= np.median(texture)]
+    # A covered lens shows nothing that could move.
+    return bool(texture.max() > 2.0 and np.median(textured) < TUNING.still_px
+                and np.percentile(textured, 90) < TUNING.still_max_px)
+
+
+def _square_means(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the means of the squares of a picture (H, W), (H // 16, W // 16), at least (1, 1)."""
+    size = [max(side // TUNING.square_px, 1) for side in reversed(values.shape)]
+    return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)

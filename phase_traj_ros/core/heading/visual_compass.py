@@ -37,11 +37,10 @@ class VisualCompass:
 
     def __init__(
         self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
-        learning: SelfCalibration | None = None, keyframes: bool = True,
+        learning: SelfCalibration | None = None,
     ) -> None:
         """Make a compass; the parameters are those of ``YawCamera``."""
-        self.camera = YawCamera(
-            lens, rotate_180=rotate_180, mask=mask, learning=learning, keyframes=keyframes)
+        self.camera = YawCamera(lens, rotate_180=rotate_180, mask=mask, learning=learning)
         """Camera, which measures the yaw."""
         self._response = 0.0
         self.restart()

@@ -29,7 +29,7 @@ class YawCamera:
 
     def __init__(
         self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
-        learning: SelfCalibration | None = None, keyframes: bool = True,
+        learning: SelfCalibration | None = None,
     ) -> None:
         """
         Make a camera. The first frame sets the size of the frames.
@@ -44,11 +44,8 @@ class YawCamera:
             Weight of each pixel of the frames, (H, W), 0 to 1.
         learning
             Self-calibration, if ``lens`` is a guess. The camera that it finds replaces ``lens``.
-        keyframes
-            Whether a frame may be compared with an earlier one than its predecessor.
 
         """
-        self._keyframes = keyframes
         self.lens = lens
         """Lens in use."""
         self._learning = learning
@@ -251,7 +248,7 @@ class YawCamera:
             # Numbers and estimates describe the upright image, calibrations the frames.
             camera = camera.turned_180()
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
-        meter = YawMeter(projection, mask=self._weights.mask, keyframes=self._keyframes)
+        meter = YawMeter(projection, mask=self._weights.mask)
         if self._weights.keep_for(frame.shape):
             meter.use_mask(self._weights.current)
         self._focal = (camera.fx, camera.fy)

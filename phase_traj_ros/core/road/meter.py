@@ -33,7 +33,7 @@ class RoadMeter:
     def __init__(
         self, camera: CameraModel, horizon: Horizon, *, pitch_known: bool = False,
         rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
-        speed_filter: SpeedFilter | None = None, keyframes: bool = True,
+        speed_filter: SpeedFilter | None = None,
     ) -> None:
         """
         Make a meter that waits for its first frame.
@@ -41,10 +41,8 @@ class RoadMeter:
         ``camera`` is the model of the upright image, ``horizon`` its prior tilt relative to the
         road, the pitch of which is exact if ``pitch_known``. The frames are upside down with
         ``rotate_180``, and ``mask`` is the weight of each of their pixels, (H, W), 0 to 1.
-        ``speed_filter`` holds the prior speed. With ``keyframes``, a frame may be compared with
-        an earlier one than its predecessor.
+        ``speed_filter`` holds the prior speed.
         """
-        self._keyframes = keyframes
         self._camera, self._horizon = camera, horizon
         self._rotate_180, self._mask = rotate_180, mask
         self.tilt = RoadTilt(horizon, fixed=pitch_known)
@@ -258,7 +256,7 @@ class RoadMeter:
         speed_variance = (own + key.variance) / (time * time)
         swing = 2.0 * depth * self.tilt.swing_deviation
         tilt = 2.0 * depth * self.tilt.common_deviation
-        key.expired = not self._keyframes or key.is_far(distance, interval)
+        key.expired = key.is_far(distance, interval)
         newest, variance = key.add(distance, own, self.speed_filter, interval)
         self.speed_filter.add(speed, speed_variance)
         self._measured = Travel(

@@ -8,8 +8,7 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.correlation.aligned import aligned_zeros
-from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape
+from phase_traj_ros.core.correlation.spectrum import aligned_zeros, CrossPhase, padded_shape
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.road.tuning import TUNING
 

@@ -81,13 +81,12 @@ class YawMeter:
 
     def __init__(
         self, projection: CylinderProjection, *, mask: NDArray[np.float32] | None = None,
-        keyframes: bool = True,
     ) -> None:
         """
         Make a meter for frames of the size of ``projection``.
 
         ``mask`` is the weight of each pixel of the frames, (H, W), 0 to 1; None if all count
-        equally. Without ``keyframes``, each frame is compared with its predecessor.
+        equally.
 
         Raises
         ------
@@ -96,7 +95,6 @@ class YawMeter:
 
         """
         self._projection = projection
-        self._keyframes = keyframes
         mask, counts = self._projected(mask)
         self._matcher = BlockMatcher(projection, counts)
         self._whole_shift = WholeShift(projection, mask)
@@ -196,9 +194,9 @@ class YawMeter:
             self._key = self._matcher.keyframe(current, key.travel)
             return self._by_shift(shift, None, match, interval)
         measured = self._by_blocks(shift, match, interval)
-        if self._keyframes and measured.certain:
+        if measured.certain:
             self._newest = frame
-        over = not self._keyframes or match.key.has_expired(match.motion, interval)
+        over = match.key.has_expired(match.motion, interval)
         self._key = self._matcher.keyframe(current, match.key.travel) if over else match.key
         return measured
 

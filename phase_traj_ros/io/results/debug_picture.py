@@ -50,7 +50,7 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
         as_shown(frame.image, rotate_180=view.rotate_180), cv2.COLOR_GRAY2BGR))
     if estimator.left_out is not None:
         shade(picture, estimator.left_out, rotate_180=view.rotate_180)
-    _draw_shift(picture, update, estimator.threshold_px)
+    _draw_shift(picture, update, estimator.settings.threshold_set)
     if update.shift is not None:
         _draw_map(picture, estimator)
     _draw_text(picture, update, estimator.settings.length_unit)

@@ -4,7 +4,7 @@
 
 import numpy as np
 from phase_traj_ros.core import EstimatorSettings, Lens, TrajectoryEstimator
-from phase_traj_ros.core.correlation.aligned import aligned_zeros
+from phase_traj_ros.core.correlation.spectrum import aligned_zeros
 import pytest
 from textures import pair
 

@@ -143,8 +143,6 @@ def test_the_stamps_of_a_film_that_repeats_pictures_are_unsure_and_others_are_no
     detector.keep(shown)
     assert detector.is_repeated(shown, 1_000_000)
     assert [take(0) for _ in range(100)][-1] == 0.0
-    detector.forget()
-    assert take(1) == 0.0
 
 
 @pytest.mark.parametrize('times', [2, 3])
@@ -282,8 +280,6 @@ def test_another_picture_is_not_repeated(other):
     assert detector.is_repeated(frames()[0], S)
     assert not detector.is_repeated(other(frames()[0]), S)
     assert not detector.is_repeated(frames()[0], S, encoding='rgb8')
-    detector.forget()
-    assert not detector.is_repeated(frames()[0], S)
 
 
 def test_more_than_8_bits_are_repeated_only_if_they_are_the_same():

@@ -32,18 +32,17 @@ def cylinder(focal_px):
     return CylinderProjection(CameraModel.pinhole((240, 320), focal_px))
 
 
-def meter_of_far(**options):
-    return YawMeter(cylinder(LONG_FOCAL), **options)
+def meter_of_far():
+    return YawMeter(cylinder(LONG_FOCAL))
 
 
 def test_a_pair_has_the_share_of_its_time_since_the_keyframe():
-    for keyframes, expected in ((True, [1, 1 / 2, 1 / 3, 1 / 4]), (False, [1] * 4)):
-        meter = meter_of_far(keyframes=keyframes)
-        meter.update(far(0), 0.1)
-        shares = [meter.update(far(0), 0.1).share for _ in range(10)]
-        assert shares[:4] == pytest.approx(expected)
-        # After half a second, there is another one.
-        assert min(shares) >= 1 / 6 and shares.count(1.0) > 1
+    meter = meter_of_far()
+    meter.update(far(0), 0.1)
+    shares = [meter.update(far(0), 0.1).share for _ in range(10)]
+    assert shares[:4] == pytest.approx([1, 1 / 2, 1 / 3, 1 / 4])
+    # After half a second, there is another one.
+    assert min(shares) >= 1 / 6 and shares.count(1.0) > 1
 
 
 @pytest.mark.parametrize('step', [-10, 10])
@@ -187,7 +186,7 @@ def test_the_fewer_blocks_agree_the_less_certain_is_the_yaw():
 
 @pytest.mark.parametrize('focal_px', [LONG_FOCAL, 12.0 * LONG_FOCAL])
 def test_no_lens_is_so_long_that_the_yaw_is_sure_to_less_than_a_hundredth_of_a_degree(focal_px):
-    meter = YawMeter(cylinder(focal_px), keyframes=False)
+    meter = YawMeter(cylinder(focal_px))
     meter.update(far(0), 0.1)
     found = meter.update(far(1), 0.1)
     assert found.refined
