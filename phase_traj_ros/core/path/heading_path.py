@@ -21,11 +21,6 @@ class HeadingPath:
     def __init__(self, *, max_corners: int | None = None) -> None:
         """Make a path that has not started."""
         self._places: Thinned[Corner] = Thinned(max_corners)
-        self.reset()
-
-    def reset(self) -> None:
-        """Go back to the origin and forget the path."""
-        self._places.clear()
         self._tip: Corner | None = None
         self._foreseen: Corner | None = None
 

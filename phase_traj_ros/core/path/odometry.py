@@ -57,11 +57,6 @@ class Odometer:
     def __init__(self, path: HeadingPath) -> None:
         """Make an odometer that has not started, for a path in metres."""
         self._path = path
-        self.reset()
-
-    def reset(self) -> None:
-        """Go back to the origin and forget the path."""
-        self._path.reset()
         self._covariance: NDArray[np.float64] = np.zeros((_STATE_COUNT, _STATE_COUNT))
         self._covariance[_MOUNTING_YAW, _MOUNTING_YAW] = TUNING.mounting_deviation ** 2
         self._covariance[_YAW_SCALE, _YAW_SCALE] = TUNING.yaw_scale_deviation ** 2
