@@ -28,22 +28,13 @@ class Axes(Enum):
     """x forward, y left: direction 1 is +x, 0 is +y, 2 is -y, 3 is -x."""
 
 
-_DIAGONAL = math.sqrt(0.5)
-_REP103_STEPS = {
-    Freeman.FORWARD: (1, 0),
-    Freeman.FORWARD_LEFT: (_DIAGONAL, _DIAGONAL),
-    Freeman.LEFT: (0, 1),
-    Freeman.BACKWARD_LEFT: (-_DIAGONAL, _DIAGONAL),
-    Freeman.BACKWARD: (-1, 0),
-    Freeman.BACKWARD_RIGHT: (-_DIAGONAL, -_DIAGONAL),
-    Freeman.RIGHT: (0, -1),
-    Freeman.FORWARD_RIGHT: (_DIAGONAL, -_DIAGONAL),
-}
-
-
 def unit_step(direction: AnyDirection) -> tuple[float, float]:
     """Return the step (x, y) of length 1 along ``direction``, in REP 103 axes."""
-    return _REP103_STEPS[freeman(direction)]
+    angle = yaw(direction)
+    # The neighbouring cell of a grid; a diagonal one is farther away.
+    x, y = round(math.cos(angle)), round(math.sin(angle))
+    length = math.sqrt(0.5) if x and y else 1
+    return x * length, y * length
 
 
 def yaw(direction: AnyDirection) -> float:
