@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.correlation.mask import check_size, mask_shares
 from phase_traj_ros.core.correlation.phase_correlation import (
-    check_frame,
+    check_form,
     Frame,
     PhaseCorrelator,
     Shift,
@@ -125,8 +125,8 @@ class PairMeter:
         view = self._settings.view.of(frame)
         # All checks come first, because an error must leave the state unchanged.
         if not self._settings.by_heading or self._quality.needs_frames:
-            # The yaw may be measured on a frame that has no valid view.
-            check_frame(view)
+            # The yaw may be measured on a frame that is too small for the view.
+            check_form(view)
             if self._view_mask is not None:
                 check_size(view, self._view_mask)
         yaw = None if camera is None else camera.measure(

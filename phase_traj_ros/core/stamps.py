@@ -70,7 +70,7 @@ class StampGate(Generic[_FrameT]):
         yield from self._settle(math.inf)
 
     def _settle(self, stamp_ns: float) -> Iterator[Passed[_FrameT]]:
-        """Yield the held frame if a stamp continues from it and not from the newest; or drop it."""
+        """Yield the held frame if a stamp continues from it, not from the newest; else drop it."""
         held, self._held = self._held, None
         if held is None or self._newest_ns is None:
             return

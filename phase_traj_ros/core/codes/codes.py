@@ -5,7 +5,7 @@
 from collections.abc import Iterable
 from enum import IntEnum
 
-_CODES_PER_BYTE = 4
+import numpy as np
 
 
 class Code(IntEnum):
@@ -57,15 +57,11 @@ def pack(codes: Iterable[int]) -> bytes:
         A code is not in 0 to 3.
 
     """
-    packed = bytearray()
-    for index, code in enumerate(codes):
-        if not 0 <= code <= 3:
-            raise ValueError(f'code {code} at position {index} is not in 0 to 3')
-        place = index % _CODES_PER_BYTE
-        if place == 0:
-            packed.append(0)
-        packed[-1] |= code << (6 - 2 * place)
-    return bytes(packed)
+    values = np.fromiter(codes, np.int64)
+    wrong = np.flatnonzero((values < 0) | (values > 3))
+    if len(wrong):
+        raise ValueError(f'code {values[wrong[0]]} at position {wrong[0]} is not in 0 to 3')
+    return np.packbits(np.stack([values // 2, values % 2], axis=1).astype(np.uint8)).tobytes()
 
 
 def unpack(packed: bytes, count: int) -> list[int]:
@@ -78,7 +74,9 @@ def unpack(packed: bytes, count: int) -> list[int]:
         ``packed`` does not have the length of ``count`` codes.
 
     """
-    expected = -(-count // _CODES_PER_BYTE)
+    expected = -(-count // 4)
     if count < 0 or len(packed) != expected:
         raise ValueError(f'{count} codes take {expected} bytes, not {len(packed)}')
-    return [packed[index // 4] >> (6 - 2 * (index % 4)) & 3 for index in range(count)]
+    high, low = np.unpackbits(np.frombuffer(packed, np.uint8)).reshape(-1, 2).T
+    codes: list[int] = (2 * high + low)[:count].tolist()
+    return codes

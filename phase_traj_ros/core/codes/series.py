@@ -38,9 +38,8 @@ class CodeSeries(Generic[CodeT]):
 
     def append(self, code: CodeT) -> None:
         """Add one code at the end."""
-        last = self._runs[-1] if self._runs else None
-        if last is not None and last.code is code:
-            self._runs[-1] = Run(code, last.count + 1)
+        if self._runs and self._runs[-1].code is code:
+            self._runs[-1] = Run(code, self._runs[-1].count + 1)
         else:
             self._runs.append(Run(code, 1))
         self._totals[code] += 1

@@ -114,8 +114,8 @@ class PhaseCorrelator:
             it holds NaN or infinity. The state of the correlator is unchanged.
 
         """
-        _check_form(frame)
-        mean, deviation = _statistics(frame)
+        check_form(frame)
+        mean, deviation = mean_and_deviation(frame)
         if self._mask is not None:
             check_size(frame, self._mask)
         if frame.shape != self._shape:
@@ -260,22 +260,16 @@ def _refined(line: NDArray[np.float32], peak: int) -> float:
     return position + min(max(fraction, -0.5), 0.5)
 
 
-def check_frame(frame: Frame) -> None:
+def check_form(frame: Frame) -> None:
     """
-    Check that a frame can be correlated; the size of a mask is not checked.
+    Check that a frame has a shape and a type that can be correlated.
 
     Raises
     ------
     FrameError
-        The shape or type of the frame is not supported, or it holds NaN or infinity.
+        It is not (H, W), its type is not uint8, uint16 or float32, or it is smaller than 8x8.
 
     """
-    _check_form(frame)
-    if frame.dtype == np.float32:
-        _statistics(frame)
-
-
-def _check_form(frame: Frame) -> None:
     if frame.ndim != 2:
         raise FrameError(f'frame has shape {frame.shape}: give a greyscale frame of shape (H, W)')
     if frame.dtype not in _DTYPES:
@@ -286,8 +280,16 @@ def _check_form(frame: Frame) -> None:
             f'frame is {width}x{height} pixels: give at least {MIN_SIDE}x{MIN_SIDE}')
 
 
-def _statistics(frame: Frame) -> tuple[float, float]:
-    """Return mean and standard deviation of a frame; raise FrameError if they are not finite."""
+def mean_and_deviation(frame: Frame) -> tuple[float, float]:
+    """
+    Return the mean and the standard deviation of a frame.
+
+    Raises
+    ------
+    FrameError
+        It holds NaN or infinity.
+
+    """
     means, deviations = cv2.meanStdDev(frame)
     mean, deviation = float(means[0, 0]), float(deviations[0, 0])
     if not math.isfinite(mean + deviation):

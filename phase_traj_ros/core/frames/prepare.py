@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Prepares a frame: checks it, and converts it to the grey levels in which it is measured."""
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.correlation.phase_correlation import check_frame, Frame
+from phase_traj_ros.core.correlation.phase_correlation import check_form, Frame, mean_and_deviation
 from phase_traj_ros.core.frames.tuning import TUNING
 
 
@@ -24,11 +23,10 @@ def prepare(frame: Frame) -> NDArray[np.uint8]:
         8x8, or it holds NaN or infinity.
 
     """
-    check_frame(frame)
+    check_form(frame)
     if frame.dtype == np.uint8:
         return np.array(frame) if frame.flags.writeable else frame  # type: ignore[return-value]
-    means, deviations = cv2.meanStdDev(frame)
-    mean, deviation = float(means[0, 0]), float(deviations[0, 0])
+    mean, deviation = mean_and_deviation(frame)
     gain = TUNING.contrast / deviation if deviation > 0.0 else 0.0
     levels = np.float32(gain) * (frame.astype(np.float32) - np.float32(mean))
     return np.asarray(np.clip(np.rint(levels + np.float32(TUNING.mean)), 0, 255), np.uint8)
