@@ -134,13 +134,10 @@ class Integration:
         odometry, links = self.route.add(
             step, turned, travel, stamp_ns, interval_ns, interval_deviation=interval_deviation)
         cut = pair.cut and self._settings.guards
-        wanted = travel if self._settings.metric else None
         self._monitor.add(
             verdict.evidence, stamp_ns, interval_ns,
+            travel=travel if self._settings.metric else None,
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
-            known=wanted is None or wanted.known,
-            measured=wanted is None or wanted.measured,
-            rivalled=wanted is not None and wanted.rivalled,
             cut=pair.cut, frames=self.frames - self._measured_frame)
         known = travel is not None and travel.known
         whole = Update(

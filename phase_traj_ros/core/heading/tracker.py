@@ -10,7 +10,6 @@ not wrapped: after a full circle to the left, it is 2 pi.
 from dataclasses import dataclass, replace
 import math
 
-from phase_traj_ros.core.heading.agility import Agility
 from phase_traj_ros.core.heading.tuning import TUNING
 
 
@@ -65,14 +64,10 @@ class HeadingTracker:
     pair confirms it, the heading is corrected.
     """
 
-    def __init__(self) -> None:
-        """Make a tracker at heading 0."""
-        self.scale_deviation = 0.0
+    def __init__(self, scale_deviation: float = 0.0) -> None:
+        """Make a tracker at heading 0, without a rate."""
+        self.scale_deviation = scale_deviation
         """Relative standard deviation of all yaws, from that of the focal length."""
-        self.reset()
-
-    def reset(self) -> None:
-        """Restart: heading 0, no rate, all counts 0."""
         self.heading = 0.0
         """Heading in radians since the first frame, positive to the left, not wrapped."""
         self.pairs = self.bridged = 0
@@ -81,7 +76,7 @@ class HeadingTracker:
         self._rejected: _RejectedRate | None = None
         self._gap = self._bridged_yaw = self._interval = 0.0
         self._variance = self._variance_rate = 0.0
-        self._agility = Agility()
+        self._agility = _Agility()
 
     def cut(self) -> None:
         """Keep the heading, and forget the rate: the next pair shows another scene."""
@@ -124,31 +119,28 @@ class HeadingTracker:
         ``certain`` yaw is accepted even if the rate jumps, as it does if a frame was lost and the
         stamps do not show it.
         """
-        before = self.heading
+        before, missed = self.heading, 0.0
         self.pairs += 1
-        gap_before, missed = self._gap, 0.0
-        if yaw is not None:
-            missed = (self.rate + yaw / interval) / 2 * self._gap - self._bridged_yaw
         bridged = yaw is None or not self.admits(yaw, interval, certain=certain)
         if yaw is None or bridged:
             self._bridge(yaw, interval)
+            share, variance = 1.0, self._bridged_variance(self._gap) - self._bridged_variance(
+                self._gap - interval)
         else:
-            self._correct(yaw / interval, interval, certain)
+            rate = yaw / interval
+            if self._gap > TUNING.rate_fading_s:
+                missed = (self.rate + rate) / 2 * self._gap - self._bridged_yaw
+            self._correct(rate, interval, certain)
             self.heading += yaw
-            self._rate = yaw / interval
+            self._rate, self._rejected = rate, None
             self._gap = self._bridged_yaw = 0.0
-            self._rejected = None
         self._interval = interval
         self._agility.add(yaw if certain else None, interval)
-        if bridged:
-            variance = self._bridged_variance(self._gap) - self._bridged_variance(
-                self._gap - interval)
         self._variance_rate = variance / interval
-        missed = missed if gap_before > TUNING.rate_fading_s and not bridged else 0.0
         self._variance += variance + missed ** 2
         return HeadingStep(
-            self.heading - before, self.rate, self.heading, bridged, variance,
-            1.0 if bridged else share, missed, scale=self.scale_deviation)
+            self.heading - before, self.rate, self.heading, bridged, variance, share, missed,
+            scale=self.scale_deviation)
 
     def foresee(self, seconds: float, deviation: float) -> HeadingStep:
         """
@@ -169,20 +161,17 @@ class HeadingTracker:
         # After a long gap, any rate is possible.
         return (
             self._gap > TUNING.rate_fading_s or self._follows_rate(rate, interval, certain)
-            or self._confirms_rejected(rate, interval))
+            or (self._rejected is not None
+                and self._is_possible(self._rejected.rate, rate, interval)))
 
     def _follows_rate(self, rate: float, interval: float, certain: bool) -> bool:
-        return certain or self._rate is None or self._is_possible(
-            self._rate, rate, (self._interval + interval) / 2)
-
-    def _confirms_rejected(self, rate: float, interval: float) -> bool:
-        return self._rejected is not None and self._is_possible(
-            self._rejected.rate, rate, (self._interval + interval) / 2)
+        return certain or self._rate is None or self._is_possible(self._rate, rate, interval)
 
     def _is_possible(self, before: float, after: float, interval: float) -> bool:
-        """Return whether this vehicle can change its yaw rate from one value to another."""
-        possible = TUNING.max_acceleration * interval + TUNING.rate_error
-        usual = math.sqrt(self._agility.process_noise * interval)
+        """Return whether this vehicle can change its yaw rate from that of the previous pair."""
+        time = (self._interval + interval) / 2
+        possible = TUNING.max_acceleration * time + TUNING.rate_error
+        usual = math.sqrt(self._agility.process_noise * time)
         return abs(after - before) <= max(possible, TUNING.gate_deviations * usual)
 
     def _bridged_variance(self, gap: float) -> float:
@@ -197,7 +186,7 @@ class HeadingTracker:
         if self._follows_rate(rate, interval, certain):
             if self._gap <= TUNING.rate_fading_s:
                 self.heading += (self.rate + rate) / 2 * self._gap - self._bridged_yaw
-        elif rejected is not None and self._confirms_rejected(rate, interval):
+        elif rejected is not None and self._is_possible(rejected.rate, rate, interval):
             self.heading += rejected.rate * self._interval - rejected.filled
             missing = self._gap - self._interval
             if missing <= TUNING.rate_fading_s:
@@ -222,3 +211,56 @@ class _RejectedRate:
 
     rate: float
     filled: float
+
+
+class _Agility:
+    """
+    Learns from a drive how fast the yaw rate of the vehicle changes.
+
+    A model car changes its yaw rate faster than a car can. The yaw rate is modelled as a random
+    walk. Its process noise is estimated from the changes of the rate between certain pairs.
+    """
+
+    def __init__(self) -> None:
+        """Start with a vehicle that has not changed its rate."""
+        self.process_noise = 0.0
+        """Variance that the yaw rate gains per second, in (rad/s)^2/s."""
+        self.cut()
+
+    def cut(self) -> None:
+        """Forget the last rate and keep the process noise: the next pair shows another scene."""
+        self._rate: float | None = None
+        # Time since that rate; yaw and time of the certain pairs in a row.
+        self._since = self._turned = self._duration = 0.0
+
+    def scale(self, factor: float) -> None:
+        """Multiply all angles so far by a factor, to correct them."""
+        self.process_noise *= factor * factor
+        self._turned *= factor
+        self._rate = None if self._rate is None else self._rate * factor
+
+    def add(self, yaw: float | None, interval: float) -> None:
+        """
+        Add the yaw of the next pair of frames in radians, and its time in seconds, above 0.
+
+        The yaw is None if it is missing or uncertain: learning from uncertain pairs would admit
+        more of them.
+        """
+        self._since += interval
+        if yaw is None:
+            self._turned = self._duration = 0.0
+            return
+        self._turned += yaw
+        self._duration += interval
+        # The rate of a short pair errs by the jitter of its stamps.
+        if self._duration < TUNING.min_rate_time_s:
+            return
+        rate, before = self._turned / self._duration, self._rate
+        if before is not None:
+            change = min(TUNING.max_rate_change, abs(rate - before))
+            kept = math.exp(-self._since / TUNING.process_s)
+            # Means of a random walk over the time that each of the two rates lasted.
+            self.process_noise = kept * self.process_noise + (1.0 - kept) * change ** 2 / (
+                self._since - self._duration / 3.0)
+        self._rate = rate
+        self._since = self._turned = self._duration = 0.0

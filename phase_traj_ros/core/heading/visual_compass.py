@@ -43,11 +43,8 @@ class VisualCompass:
         self.camera = YawCamera(
             lens, rotate_180=rotate_180, mask=mask, learning=learning, keyframes=keyframes)
         """Camera, which measures the yaw."""
-        self.tracker = HeadingTracker()
-        """Tracker, which integrates the yaw."""
-        self.tracker.scale_deviation = lens.focal_deviation
-        self._turns = TurnDetector()
         self._response = 0.0
+        self.restart()
 
     @property
     def bends_may_be_turns(self) -> bool:
@@ -75,7 +72,8 @@ class VisualCompass:
 
     def restart(self) -> None:
         """Restart at heading 0 with the newest frame; a learned camera is kept."""
-        self.tracker.reset()
+        self.tracker = HeadingTracker(self.camera.lens.focal_deviation)
+        """Tracker, which integrates the yaw."""
         self._turns = TurnDetector()
 
     def finish(self) -> list[Turn]:

@@ -19,21 +19,8 @@ class HeadingPath:
     """
 
     def __init__(self, *, max_corners: int | None = None) -> None:
-        """
-        Make a path that has not started.
-
-        Raises
-        ------
-        ValueError
-            ``max_corners`` is below 1.
-
-        """
+        """Make a path that has not started."""
         self._places: Thinned[Corner] = Thinned(max_corners)
-        self.reset()
-
-    def reset(self) -> None:
-        """Go back to the origin and forget the path."""
-        self._places.clear()
         self._tip: Corner | None = None
         self._foreseen: Corner | None = None
 
@@ -80,10 +67,10 @@ class HeadingPath:
         """Return poses of the whole path and the tip, at most ``limit`` (2 or more) in total."""
         if self.tip is None:
             return ()
-        shown: Thinned[Corner] = Thinned(limit - 1)
-        for place in self._places.kept:
-            shown.offer(place)
-        return (*shown.kept, self.tip)
+        shown = self._places.kept
+        while len(shown) > max(limit - 1, 1):
+            shown = shown[::2]
+        return (*shown, self.tip)
 
 
 DrawnPath: TypeAlias = ChainPath | HeadingPath

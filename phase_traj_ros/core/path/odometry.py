@@ -57,11 +57,6 @@ class Odometer:
     def __init__(self, path: HeadingPath) -> None:
         """Make an odometer that has not started, for a path in metres."""
         self._path = path
-        self.reset()
-
-    def reset(self) -> None:
-        """Go back to the origin and forget the path."""
-        self._path.reset()
         self._covariance: NDArray[np.float64] = np.zeros((_STATE_COUNT, _STATE_COUNT))
         self._covariance[_MOUNTING_YAW, _MOUNTING_YAW] = TUNING.mounting_deviation ** 2
         self._covariance[_YAW_SCALE, _YAW_SCALE] = TUNING.yaw_scale_deviation ** 2
@@ -83,7 +78,7 @@ class Odometer:
         ``interval`` in seconds, above 0; rates have the relative error of its standard deviation,
         ``interval_deviation``.
         """
-        speed_variance = travel.variance / interval ** 2
+        speed_variance = max(travel.variance / interval ** 2, TUNING.min_speed_deviation ** 2)
         if travel.known:
             self._bound_missed(abs(travel.distance) / interval)
         else:
@@ -94,7 +89,6 @@ class Odometer:
         self._propagate(step, travel, interval)
         speed, (rate, rate_variance) = travel.distance / interval, self._rate(step, interval)
         relative_variance = (interval_deviation / interval) ** 2
-        speed_variance = max(speed_variance, TUNING.min_speed_deviation ** 2)
         self._newest = Odometry(
             tip, speed, rate,
             speed_variance=speed_variance + relative_variance * speed ** 2,

@@ -64,16 +64,12 @@ class SpeedTrack:
         """
         first = max(bisect_right(self._stamps, begin_ns) - 1, 0)
         after = bisect_right(self._stamps, end_ns)
-        if after == 0:
+        stamps, speeds = self._stamps[first:after], self._speeds[first:after]
+        if not stamps or stamps[0] - begin_ns > TUNING.max_speed_age_ns:
             return None
-        if self._stamps[first] - begin_ns > TUNING.max_speed_age_ns:
+        ends = [*stamps[1:], end_ns]
+        if any(end - stamp > TUNING.max_speed_age_ns for stamp, end in zip(stamps, ends)):
             return None
-        distance = 0.0
-        for index in range(first, after):
-            begin = self._stamps[index]
-            end = self._stamps[index + 1] if index + 1 < after else end_ns
-            if end - begin > TUNING.max_speed_age_ns:
-                return None
-            begin = begin_ns if index == first else begin
-            distance += self._speeds[index] * (end - begin) / 1e9
-        return distance
+        begins = [begin_ns, *stamps[1:]]
+        return sum(
+            speed * (end - begin) / 1e9 for speed, begin, end in zip(speeds, begins, ends))

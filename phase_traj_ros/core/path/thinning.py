@@ -15,17 +15,7 @@ class Thinned(Generic[Item]):
     """
 
     def __init__(self, limit: int | None) -> None:
-        """
-        Keep at most ``limit`` items; None keeps all.
-
-        Raises
-        ------
-        ValueError
-            The limit is below 1.
-
-        """
-        if limit is not None and limit < 1:
-            raise ValueError(f'limit is {limit}: give at least 1')
+        """Keep at most ``limit`` items, 1 or more; None keeps all."""
         self._limit = limit
         self.clear()
 

@@ -12,7 +12,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 import math
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,22 +28,13 @@ class Axes(Enum):
     """x forward, y left: direction 1 is +x, 0 is +y, 2 is -y, 3 is -x."""
 
 
-_DIAGONAL = math.sqrt(0.5)
-_REP103_STEPS = MappingProxyType({
-    Freeman.FORWARD: (1, 0),
-    Freeman.FORWARD_LEFT: (_DIAGONAL, _DIAGONAL),
-    Freeman.LEFT: (0, 1),
-    Freeman.BACKWARD_LEFT: (-_DIAGONAL, _DIAGONAL),
-    Freeman.BACKWARD: (-1, 0),
-    Freeman.BACKWARD_RIGHT: (-_DIAGONAL, -_DIAGONAL),
-    Freeman.RIGHT: (0, -1),
-    Freeman.FORWARD_RIGHT: (_DIAGONAL, -_DIAGONAL),
-})
-
-
 def unit_step(direction: AnyDirection) -> tuple[float, float]:
     """Return the step (x, y) of length 1 along ``direction``, in REP 103 axes."""
-    return _REP103_STEPS[freeman(direction)]
+    angle = yaw(direction)
+    # The neighbouring cell of a grid; a diagonal one is farther away.
+    x, y = round(math.cos(angle)), round(math.sin(angle))
+    length = math.sqrt(0.5) if x and y else 1
+    return x * length, y * length
 
 
 def yaw(direction: AnyDirection) -> float:
@@ -69,19 +59,14 @@ def vertices(
 
     """
     steps = [unit_step(codes(code)) for code in directions]
-    points = np.zeros((len(steps) + 1, 2))
-    np.cumsum(np.array(steps, dtype=np.float64).reshape(-1, 2), axis=0, out=points[1:])
-    return to_axes(points, axes)
+    return to_axes(np.cumsum([(0.0, 0.0), *steps], axis=0), axes)
 
 
 def to_axes(points: NDArray[np.float64], axes: Axes) -> NDArray[np.float64]:
     """Convert points (n, 2) from REP 103 axes to ``axes``."""
     if axes is Axes.FIGURE:
         # Forward is up and left is left: (x, y) -> (-y, x), without -0.0.
-        turned = np.empty_like(points)
-        turned[:, 0] = 0.0 - points[:, 1]
-        turned[:, 1] = points[:, 0]
-        return turned
+        return np.column_stack([0.0 - points[:, 1], points[:, 0]])
     return points
 
 

@@ -5,7 +5,6 @@
 from collections import Counter
 from collections.abc import Mapping
 from enum import Enum
-from types import MappingProxyType
 
 from phase_traj_ros.core.road.travel import Travel, TravelState
 
@@ -25,7 +24,6 @@ class Way:
 
     def __init__(self) -> None:
         """Start at distance 0."""
-        self._states: Counter[TravelState] = Counter()
         self.reset()
 
     def reset(self) -> None:
@@ -33,7 +31,7 @@ class Way:
         self._distance = self._foreseen = 0.0
         self.speed: float | None = None
         """Speed of the newest pair, in the unit of the pairs per second; None if unknown."""
-        self._states.clear()
+        self._states: Counter[TravelState] = Counter()
 
     def add(self, travel: Travel, interval: float) -> None:
         """Add a pair of ``interval`` seconds; an unknown distance counts as a state only."""
@@ -61,4 +59,4 @@ class Way:
     @property
     def states(self) -> Mapping[TravelState, int]:
         """Return the number of pairs in each state."""
-        return MappingProxyType({state: self._states[state] for state in TravelState})
+        return {state: self._states[state] for state in TravelState}

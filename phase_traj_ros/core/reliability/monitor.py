@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from phase_traj_ros.core.reliability.reason import Evidence, Reason
-from phase_traj_ros.core.reliability.spans import in_order, Spans
 from phase_traj_ros.core.reliability.tuning import TUNING
-from phase_traj_ros.core.reliability.verdict import Reliability
+from phase_traj_ros.core.reliability.verdict import in_order, Reliability, Spans
+from phase_traj_ros.core.road.travel import Travel
 
 
 class ReliabilityMonitor:
@@ -36,18 +36,16 @@ class ReliabilityMonitor:
         self._same_stamps = 0
 
     def add(
-        self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, contradicted: bool = False,
-        known: bool = True, measured: bool = True, rivalled: bool = False, cut: bool = False,
-        frames: int = 1,
+        self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, travel: Travel | None = None,
+        contradicted: bool = False, cut: bool = False, frames: int = 1,
     ) -> None:
         """
         Add the next pair.
 
-        ``contradicted``: the direction code contradicts the heading. ``known``: the distance is
-        known, or not required in metres; ``measured``: it is also that of this pair, not the last
-        speed. ``rivalled``: another motion of the road is more significant than the measured one.
-        ``cut``: the scene changed in the previous pair. ``frames``: number of the second frame
-        minus that of the first one; the pair counts as so many.
+        ``travel``: its distance; None if that is not required in metres. ``contradicted``: the
+        direction code contradicts the heading. ``cut``: the scene changed in the previous pair.
+        ``frames``: number of the second frame minus that of the first one; the pair counts as so
+        many.
         """
         if not self._parts:
             self._start_ns = self._judged_ns = stamp_ns - interval_ns
@@ -67,15 +65,15 @@ class ReliabilityMonitor:
         part.cuts += cut
         if contradicted:
             self._spans[Reason.DIRECTION_CONTRADICTS_HEADING].add(before, stamp_ns)
-        if rivalled:
+        if travel is not None and travel.rivalled:
             if self._rivalled_ns is not None and before - self._rivalled_ns < TUNING.unclear_ns:
                 self._spans[Reason.ROAD_UNCLEAR].add(before, stamp_ns)
             self._rivalled_ns = stamp_ns
-        if measured:
+        if travel is None or travel.measured:
             self._measured_ns = stamp_ns
         elif stamp_ns - self._measured_ns > TUNING.unmeasured_ns:
             self._spans[Reason.DISTANCE_UNKNOWN].add(self._measured_ns, stamp_ns)
-        elif not known:
+        elif not travel.known:
             self._spans[Reason.DISTANCE_UNKNOWN].add(before, stamp_ns)
         if self._is_lost(evidence, interval_ns):
             self._spans[Reason.FRAMES_LOST].add(before, stamp_ns)

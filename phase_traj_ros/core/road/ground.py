@@ -8,7 +8,6 @@ to the right. In a level frame with x to the right, y down and z forward, the ca
 direction (x, 1, z). The horizon rotates this frame to that of the camera.
 """
 
-from dataclasses import dataclass
 import math
 
 import cv2
@@ -24,19 +23,12 @@ CELL = 0.03
 """Side of a cell in camera heights: 5 cm for a camera 1.65 m above the road."""
 
 
-@dataclass(frozen=True, slots=True)
-class Stretch:
-    """Start and end of a patch ahead of the camera, in camera heights."""
-
-    begin: float
-    end: float
-
-
-def stretches(camera: CameraModel, horizon: Horizon) -> tuple[Stretch, ...]:
+def stretches(camera: CameraModel, horizon: Horizon) -> tuple[tuple[float, float], ...]:
     """
     Return the near and the far stretch of the road that a camera resolves.
 
-    The result is empty if too little of the road is visible.
+    Each is from a start to an end ahead, in camera heights. The result is empty if too little of
+    the road is visible.
     """
     ahead = np.arange(TUNING.patch_begin, TUNING.patch_end, CELL)
     rows, seen = _rows_per_cell(camera, horizon, ahead)
@@ -47,8 +39,8 @@ def stretches(camera: CameraModel, horizon: Horizon) -> tuple[Stretch, ...]:
     if length < TUNING.min_length or rows[first:last].sum() < TUNING.min_rows:
         return ()
     return (
-        Stretch(begin, begin + TUNING.near_ends * length),
-        Stretch(begin + TUNING.far_begins * length, begin + length))
+        (begin, begin + TUNING.near_ends * length),
+        (begin + TUNING.far_begins * length, begin + length))
 
 
 class GroundPatch:
@@ -59,19 +51,20 @@ class GroundPatch:
     """
 
     def __init__(
-        self, camera: CameraModel, horizon: Horizon, stretch: Stretch, *,
+        self, camera: CameraModel, horizon: Horizon, stretch: tuple[float, float], *,
         rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
     ) -> None:
         """
         Compute the mapping from a frame to the patch.
 
-        ``camera`` is the model of the upright image, ``horizon`` its tilt relative to the road.
-        The frames are upside down with ``rotate_180``, and ``mask`` is the weight of each of their
-        pixels, (H, W), 0 to 1.
+        ``camera`` is the model of the upright image, ``horizon`` its tilt relative to the road,
+        ``stretch`` the start and the end of the patch ahead, in camera heights. The frames are
+        upside down with ``rotate_180``, and ``mask`` is the weight of each of their pixels, (H,
+        W), 0 to 1.
         """
-        count = _even((stretch.end - stretch.begin) / CELL)
-        self._ahead = np.asarray(
-            stretch.begin + CELL * (np.arange(count)[::-1] + 0.5), np.float64)
+        begin, end = stretch
+        count = _even((end - begin) / CELL)
+        self._ahead = np.asarray(begin + CELL * (np.arange(count)[::-1] + 0.5), np.float64)
         across = _even(2.0 * TUNING.half_width / CELL)
         self._aside = CELL * (np.arange(across) - (across - 1) / 2)
         sight = _seen(camera, horizon, *np.meshgrid(self._aside, self._ahead))

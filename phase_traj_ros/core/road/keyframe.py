@@ -26,9 +26,6 @@ class RoadKeyframe:
     distance: float = 0.0
     """Sum of the distances of the pairs, and its variance."""
     variance: float = 0.0
-    previous_distance: float = 0.0
-    """The same before the newest pair."""
-    previous_variance: float = 0.0
     expired: bool = False
     """Whether the newest frame becomes the keyframe."""
 
@@ -84,17 +81,17 @@ class RoadKeyframe:
         It is smoothed with the speed, except for the last pair before a new keyframe. So the sum
         of all is the distance between the keyframes.
         """
-        self.previous_distance, self.previous_variance = self.distance, self.variance
+        before = self.distance
         if self.expired or not speeds.known:
             self.distance, self.variance = distance, variance
-            return self.distance - self.previous_distance, variance
-        predicted = self.previous_distance + speeds.speed * interval
+            return self.distance - before, variance
+        predicted = before + speeds.speed * interval
         noise = (speeds.observed_deviation * interval) ** 2
-        prior_variance = self.previous_variance + noise
+        prior_variance = self.variance + noise
         gain = prior_variance / (prior_variance + variance)
         self.distance = predicted + gain * (distance - predicted)
         self.variance = gain * variance
-        return self.distance - self.previous_distance, noise
+        return self.distance - before, noise
 
     def bridge(self, distance: float, variance: float) -> None:
         """Add the distance of a pair that is not measured, and its variance."""

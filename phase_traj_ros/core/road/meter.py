@@ -105,13 +105,12 @@ class RoadMeter:
             if not self.speed_filter.known or driven > TUNING.min_slide:
                 self.tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
             turn = (motion.yaw, self._pitch_change(motion.pitch, interval), motion.roll)
-            self._key.add_rotation(*turn, interval, motion.near)
         elif yaw is not None:
             turn = (yaw, 0.0, 0.0)
-            self._key.add_rotation(*turn, interval)
         else:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured)
+        self._key.add_rotation(*turn, interval, None if motion is None else motion.near)
         return self._measure(
             frame, interval, turn,
             turns=motion is not None and abs(motion.yaw) > TUNING.driving_yaw_rate * interval)
@@ -253,15 +252,15 @@ class RoadMeter:
         # Both errors come from the same pitch motion, so the mean is hardly better.
         own = min(each.deviation for each in agreeing) ** 2
         depth, key = agreeing[0].depth, self._key
+        # The first speed is the mean one since the keyframe.
+        time = interval if self.speed_filter.known else key.age
+        speed = (distance - key.distance) / time
+        speed_variance = (own + key.variance) / (time * time)
         swing = 2.0 * depth * self.tilt.swing_deviation
         tilt = 2.0 * depth * self.tilt.common_deviation
         key.expired = not self._keyframes or key.is_far(distance, interval)
         newest, variance = key.add(distance, own, self.speed_filter, interval)
-        # The first speed is the mean one since the keyframe.
-        time = interval if self.speed_filter.known else key.age
-        self.speed_filter.add(
-            (distance - key.previous_distance) / time,
-            (own + key.previous_variance) / (time * time))
+        self.speed_filter.add(speed, speed_variance)
         self._measured = Travel(
             newest, variance + (swing ** 2 + tilt ** 2) * newest ** 2, TravelState.MEASURED,
             swing, tilt)

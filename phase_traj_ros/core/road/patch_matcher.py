@@ -48,17 +48,16 @@ class PatchMatcher:
     def __init__(self, patch: GroundPatch) -> None:
         """Make a matcher without a keyframe."""
         self._patch = patch
+        self.depth = patch.depth
+        """Mean distance of the patch ahead, in camera heights."""
+        # Slide of the patch in camera heights per radian of pitch.
+        self._slide_per_pitch = 1.0 + self.depth * self.depth
         self._correlator, self._change_correlator = (
             PatchCorrelator(patch.window, blur_cells=patch.blur_cells) for _ in range(2))
         # The patches of the newest three frames.
         self._newest: deque[NDArray[np.float32]] = deque(maxlen=3)
         # Mean of the newest patches of a moving road, and their number.
         self._pattern, self._patches = np.zeros(patch.shape, np.float32), 0
-
-    @property
-    def depth(self) -> float:
-        """Return the mean distance of the patch ahead, in camera heights."""
-        return self._patch.depth
 
     def project(self, frame: Frame) -> None:
         """Project a frame (H, W) to the patch, which becomes the newest one."""
@@ -154,8 +153,3 @@ class PatchMatcher:
         if self._patches < TUNING.min_patches:
             return self._newest[-1]
         return self._newest[-1] - self._pattern
-
-    @property
-    def _slide_per_pitch(self) -> float:
-        """Return the slide of the patch in camera heights per radian of pitch."""
-        return 1.0 + self.depth * self.depth

@@ -47,21 +47,17 @@ class SpeedProfile:
     def confirms(self, speed: float) -> bool:
         """Return whether a speed agrees with that of the profile."""
         found = self._find()
-        return found is not None and (
-            abs(self.speeds[found[0]] - speed) <= TUNING.profile_width * speed)
+        return found is not None and abs(found[0] - speed) <= TUNING.profile_width * speed
 
     @property
     def best(self) -> tuple[float, float] | None:
         """Return the most significant speed and its score; None if none is significant."""
         found = self._find()
-        if found is None:
-            return None
-        at, score, newest = found
         # The newest pair has to agree: the road may be out of sight.
-        return (float(self.speeds[at]), score) if newest >= TUNING.profile_newest else None
+        return found[:2] if found and found[2] >= TUNING.profile_newest else None
 
-    def _find(self) -> tuple[int, float, float] | None:
-        """Return the index of the best speed, its score, and its height in the newest pair."""
+    def _find(self) -> tuple[float, float, float] | None:
+        """Return the best speed, its score, and its height in the newest pair."""
         most = float(self._weight.max())
         known = self._weight > max(TUNING.profile_pairs, TUNING.profile_share * most)
         if not known.any():
@@ -79,4 +75,4 @@ class SpeedProfile:
                     TUNING.profile_ratio * float(above[apart].max(initial=0.0)))
         if above[at] < least:
             return None
-        return at, float(mean[at]), float(self._newest[at] - np.median(self._newest[known]))
+        return speed, float(mean[at]), float(self._newest[at] - np.median(self._newest[known]))

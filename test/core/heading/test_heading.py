@@ -80,13 +80,6 @@ def test_a_brisk_turn_is_believed():
     assert not any(step.bridged for step in steps)
 
 
-def test_reset_starts_anew():
-    tracker, _ = follow([0.1, None])
-    tracker.reset()
-    assert (tracker.heading, tracker.rate, tracker.pairs, tracker.bridged) == (0.0, 0.0, 0, 0)
-    assert tracker.update(0.5, 0.1).bridged is False
-
-
 @given(st.lists(st.one_of(st.none(), st.floats(-3.0, 3.0)), max_size=60),
        st.floats(0.01, 1.0))
 def test_steps_add_up_and_only_missing_or_doubted_pairs_are_bridged(yaws, interval):
@@ -145,8 +138,6 @@ def test_the_deviation_of_the_heading_is_that_of_all_steps():
     assert after.yaw == pytest.approx(0.3) and after.missed > 0.5
     assert tracker.deviation == pytest.approx(math.sqrt(
         26 * 0.002 ** 2 + sum(step.variance for step in bridged) + after.missed ** 2))
-    tracker.reset()
-    assert tracker.deviation == 0.0
 
 
 def test_what_is_foreseen_is_as_uncertain_as_the_newest_pairs():
@@ -157,8 +148,6 @@ def test_what_is_foreseen_is_as_uncertain_as_the_newest_pairs():
     assert step.variance == pytest.approx(0.002 ** 2 / 2) and step.foreseen == 0.001
     assert not step.bridged
     assert tracker.heading == 0.02
-    tracker.reset()
-    assert tracker.foresee(0.05, 0.001).variance == 0.0
 
 
 def test_a_rate_from_before_a_cut_says_nothing_of_what_comes_after_it():
@@ -209,13 +198,10 @@ def test_what_an_agile_vehicle_has_done_it_can_do_in_a_doubtful_pair():
     twin = agile()
     twin.scale(2.0)
     assert twin.admits(0.14, 0.05) and not tracker.admits(0.14, 0.05)
-    # It is forgotten after two minutes of calm driving, and with a reset.
+    # It is forgotten after two minutes of calm driving.
     for _ in range(2400):
         tracker.update(0.0, 0.05, certain=True)
     assert not tracker.admits(0.075, 0.05)
-    twin.reset()
-    twin.update(0.0, 0.05)
-    assert not twin.admits(0.075, 0.05)
 
 
 def test_doubtful_pairs_do_not_teach_how_agile_the_vehicle_is():

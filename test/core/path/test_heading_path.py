@@ -79,10 +79,3 @@ def test_before_the_start_and_before_the_first_step():
     assert [corner.stamp_ns for corner in path.points(2)] == [7]
     path.append(0.0, 0.0, 1.0, 8)
     assert [corner.stamp_ns for corner in path.points(2)] == [7, 8]
-    path.reset()
-    assert path.tip is None
-
-
-def test_a_path_of_nothing_is_refused():
-    with pytest.raises(ValueError, match='limit is 0'):
-        HeadingPath(max_corners=0)

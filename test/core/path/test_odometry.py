@@ -57,11 +57,3 @@ def test_a_vehicle_that_stands_does_not_turn():
         stays = standing.update(step(0.0, 0.0), stood, index * TENTH, 0.1)
     assert stays.covariance[2][2] < 0.1 * drove.covariance[2][2]
     assert not np.any(np.array(stays.covariance)[:2, :2])
-
-
-def test_reset_goes_back_to_the_start():
-    odometer = Odometer(HeadingPath())
-    first = odometer.update(step(0.1, 0.1), gone(1.0), TENTH, 0.1)
-    odometer.update(step(0.1, 0.2), gone(1.0), 2 * TENTH, 0.1)
-    odometer.reset()
-    assert odometer.update(step(0.1, 0.1), gone(1.0), TENTH, 0.1) == first

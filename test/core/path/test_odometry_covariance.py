@@ -76,7 +76,7 @@ def test_the_covariance_is_what_drawn_errors_scatter_by():
 BAND = (0.22, 9.35)
 
 
-def simulated(rng, *, rate_hz, seconds=8.0, odometer=None, share=1.0):
+def simulated(rng, *, rate_hz, seconds=8.0, share=1.0):
     """
     Drive with all errors drawn from what the odometer expects; return NEES of pose and motion.
 
@@ -84,7 +84,7 @@ def simulated(rng, *, rate_hz, seconds=8.0, odometer=None, share=1.0):
     of all angles, of objects seen for a quarter of a second, of the pair; and of the mounting.
     ``share`` is that of a pair in the time since its keyframe.
     """
-    interval, odometer = 1.0 / rate_hz, odometer or Odometer(HeadingPath())
+    interval, odometer = 1.0 / rate_hz, Odometer(HeadingPath())
     height, swing, tilt, deviation, own = 0.04, 0.02, 0.01, 0.002, 0.02
     askew, angles = rng.normal(0.0, math.radians(0.5)), rng.normal(0.0, 0.01)
     scale, swings, tilts, seen = rng.normal(0.0, (height, swing, tilt, 0.0))
@@ -133,15 +133,6 @@ def test_poses_and_motions_scatter_as_they_say(rate_hz, share):
     assert np.mean(speed) == pytest.approx(1.0, abs=0.4)
     # Half of the variance of the pair, and the share of the other half.
     assert np.mean(rate) == pytest.approx((1.0 + share) / 2, abs=0.4)
-
-
-def test_they_do_so_again_after_a_reset():
-    rng, odometer = np.random.default_rng(5), Odometer(HeadingPath())
-    poses = []
-    for _ in range(150):
-        poses.append(simulated(rng, rate_hz=10, odometer=odometer)[0])
-        odometer.reset()
-    assert np.mean(poses) == pytest.approx(3.0, abs=0.8)
 
 
 def test_an_error_of_the_yaw_of_a_pair_moves_its_end_aside_by_half_its_length():

@@ -9,6 +9,8 @@ from phase_traj_ros.core import (
     EstimatorSettings,
     Lens,
     TrajectoryEstimator,
+    Travel,
+    TravelState,
 )
 from phase_traj_ros.core.reliability.monitor import ReliabilityMonitor
 from phase_traj_ros.core.reliability.reason import Evidence, Reason
@@ -18,6 +20,9 @@ import pytest
 
 SECOND = 1_000_000_000
 TENTH = SECOND // 10
+BRIDGED = Travel(1.0, 0.1, TravelState.BRIDGED)
+UNKNOWN = Travel(0.0, 1.0, TravelState.UNKNOWN)
+RIVALLED = Travel(1.0, 0.1, TravelState.MEASURED, rivalled=True)
 
 
 class Driven:
@@ -173,11 +178,11 @@ def test_a_direction_against_the_heading_is_a_span():
 
 
 def test_a_road_on_which_another_motion_stands_out_is_a_span():
-    driven = Driven().add('trusted', 60).add('trusted', 0.1, rivalled=True).add('trusted', 60)
+    driven = Driven().add('trusted', 60).add('trusted', 0.1, travel=RIVALLED).add('trusted', 60)
     # One pair may be anything.
     assert driven.monitor.verdict().of_drive.reliable and driven.spans == []
     for _ in range(20):
-        driven.add('trusted', 0.6).add('trusted', 0.1, rivalled=True)
+        driven.add('trusted', 0.6).add('trusted', 0.1, travel=RIVALLED)
     assert driven.monitor.verdict().words == ('road_unclear',)
     assert driven.monitor.verdict().of_drive.words == ('road_unclear',)
 
@@ -185,9 +190,9 @@ def test_a_road_on_which_another_motion_stands_out_is_a_span():
 def test_a_distance_that_is_missed_for_more_than_a_second_is_a_span():
     driven = Driven().add('trusted', 20)
     for _ in range(20):
-        driven.add('trusted', 0.8, measured=False).add('trusted', 0.2)
+        driven.add('trusted', 0.8, travel=BRIDGED).add('trusted', 0.2)
     assert driven.monitor.verdict().reliable and driven.spans == []
-    driven.add('trusted', 10, measured=False)
+    driven.add('trusted', 10, travel=BRIDGED)
     assert driven.monitor.verdict().words == ('distance_unknown',)
     [(start, end, words)] = driven.spans
     assert (start, end) == (pytest.approx(40), pytest.approx(50))
@@ -197,7 +202,7 @@ def test_a_distance_that_is_missed_for_more_than_a_second_is_a_span():
 
 
 def test_an_unknown_distance_is_a_span_however_short():
-    driven = Driven().add('trusted', 0.2, known=False, measured=False).add('trusted', 2.8)
+    driven = Driven().add('trusted', 0.2, travel=UNKNOWN).add('trusted', 2.8)
     assert driven.monitor.verdict().words == ('distance_unknown',)
     assert driven.spans == [(pytest.approx(0), pytest.approx(0.2), ('distance_unknown',))]
     driven.add('trusted', 7)
@@ -262,7 +267,7 @@ def test_a_camera_that_repeats_one_stamp_for_more_than_a_second_is_frozen():
 
 
 def test_a_first_pair_at_a_low_rate_loses_nothing_and_a_single_rival_is_none():
-    driven = Driven().add('trusted', 2, interval=2 * SECOND, rivalled=True).add('trusted', 30)
+    driven = Driven().add('trusted', 2, interval=2 * SECOND, travel=RIVALLED).add('trusted', 30)
     verdict = driven.monitor.verdict()
     assert verdict.reliable and verdict.spans == ()
     assert (verdict.end_ns - verdict.start_ns) / SECOND == pytest.approx(32)
@@ -270,8 +275,8 @@ def test_a_first_pair_at_a_low_rate_loses_nothing_and_a_single_rival_is_none():
 
 def test_another_motion_on_the_road_counts_if_it_was_there_within_a_second():
     apart, close = (
-        Driven().add('trusted', 10).add('trusted', 0.1, rivalled=True).add('trusted', seconds)
-        .add('trusted', 0.1, rivalled=True).spans for seconds in (1.2, 0.8))
+        Driven().add('trusted', 10).add('trusted', 0.1, travel=RIVALLED).add('trusted', seconds)
+        .add('trusted', 0.1, travel=RIVALLED).spans for seconds in (1.2, 0.8))
     assert apart == []
     assert close == [(pytest.approx(10.9), pytest.approx(11.0), ('road_unclear',))]
 

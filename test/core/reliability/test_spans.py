@@ -4,9 +4,8 @@
 
 import numpy as np
 from phase_traj_ros.core.reliability.reason import Reason
-from phase_traj_ros.core.reliability.spans import Spans
 from phase_traj_ros.core.reliability.tuning import TUNING
-from phase_traj_ros.core.reliability.verdict import joined, Reliability, UnreliableSpan
+from phase_traj_ros.core.reliability.verdict import joined, Reliability, Spans, UnreliableSpan
 
 TENTH = TUNING.part_ns // 10
 

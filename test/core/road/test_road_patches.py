@@ -17,15 +17,15 @@ from road_scene import drive, motion, PINHOLE, Road
 
 
 def test_two_patches_cover_a_near_and_a_far_stretch():
-    near, far = stretches(PINHOLE, Horizon())
-    assert 2.0 < near.begin < far.begin < near.end < far.end <= 10.0
+    (near_begin, near_end), (far_begin, far_end) = stretches(PINHOLE, Horizon())
+    assert 2.0 < near_begin < far_begin < near_end < far_end <= 10.0
 
 
 @pytest.mark.parametrize('focal', [250.0, 370.0, 600.0])
 def test_a_patch_ends_where_a_row_covers_too_much(focal):
     """Rows lie at f / z below the horizon, so one covers z**2 / f."""
-    far = stretches(CameraModel.pinhole((480, 640), focal), Horizon())[-1]
-    assert far.end ** 2 / focal == pytest.approx(min(0.3, 10.0 ** 2 / focal), rel=0.02)
+    _, far_end = stretches(CameraModel.pinhole((480, 640), focal), Horizon())[-1]
+    assert far_end ** 2 / focal == pytest.approx(min(0.3, 10.0 ** 2 / focal), rel=0.02)
 
 
 @pytest.mark.parametrize(('focal', 'patches'), [(34.0, 0), (60.0, 2)])
@@ -40,7 +40,7 @@ def test_a_few_rows_of_the_image_are_not_a_patch(focal, patches):
 def test_a_patch_is_as_blurred_as_the_rows_in_its_middle_are_apart(focal):
     camera = CameraModel.pinhole((480, 640), focal)
     for stretch in stretches(camera, Horizon()):
-        middle = (stretch.begin + stretch.end) / 2
+        middle = sum(stretch) / 2
         # Interpolation between two rows is a triangle with the variance 1/6, in both pictures.
         blur = math.sqrt(2 / 6) * middle ** 2 / focal
         assert GroundPatch(camera, Horizon(), stretch).blur_cells * CELL == pytest.approx(
@@ -94,7 +94,7 @@ def test_an_error_of_the_pitch_counts_by_twice_the_distance_of_the_road():
     travel = meter.update(road.seen(0.5), 0.1, motion())
     for share, deviation in ((travel.swing, meter.tilt.swing_deviation),
                              (travel.tilt, meter.tilt.common_deviation)):
-        assert near.begin < share / deviation / 2.0 < far.end
+        assert near[0] < share / deviation / 2.0 < far[1]
     # The rest is that of the peak.
     assert 0.0 < math.sqrt(travel.own_variance) < CELL
 
