@@ -20,6 +20,13 @@ from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHOLD
 from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.codes.series import CodeSeries, Run
+from phase_traj_ros.core.codes.text import (
+    ChainCodeText,
+    LinksText,
+    parse_chain_code,
+    parse_links,
+    SeriesText,
+)
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
@@ -58,6 +65,7 @@ __all__ = [
     'CameraModel',
     'Candidate',
     'ChainCode',
+    'ChainCodeText',
     'ChainPath',
     'CodeSeries',
     'CodeSource',
@@ -76,6 +84,7 @@ __all__ = [
     'Lens',
     'LensOrigin',
     'LinkCode',
+    'LinksText',
     'LocationEstimate',
     'LocatorSettings',
     'MapLocator',
@@ -94,6 +103,7 @@ __all__ = [
     'RoadMap',
     'Run',
     'ScaleRange',
+    'SeriesText',
     'Shift',
     'Skipped',
     'Started',
@@ -111,6 +121,8 @@ __all__ = [
     'find_turns',
     'normalised',
     'pack',
+    'parse_chain_code',
+    'parse_links',
     'to_axes',
     'unit_step',
     'unpack',

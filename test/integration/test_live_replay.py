@@ -10,7 +10,7 @@ import cv2
 from live import LOSSLESS
 import numpy as np
 from phase_traj_ros.core import Lens
-from phase_traj_ros.core.codes.text import describe, parse
+from phase_traj_ros.core.codes.text import describe, parse_chain_code
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.messages.published import TEXT_RUNS
 from phase_traj_ros.io.replay.run import replay
@@ -34,7 +34,7 @@ def check(path, threshold, rate):
     offline = replayed(path, threshold)
     online = run_live(
         path, frames=offline.frames, values=Parameters(threshold=threshold), rate=rate)
-    assert parse(online.chain_code) == describe(
+    assert parse_chain_code(online.chain_code) == describe(
         offline.codes, frames=offline.frames, max_runs=TEXT_RUNS)
     assert online.exit_status == 0
     return offline

@@ -10,7 +10,7 @@ from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from live import image, LATCHED, LOSSLESS, SHIFT, stop
 from nav_msgs.msg import Path
 import numpy as np
-from phase_traj_ros.core.codes.text import parse
+from phase_traj_ros.core.codes.text import parse_chain_code
 from phase_traj_ros.ros.main import main
 from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
@@ -134,7 +134,7 @@ def test_every_topic(live, topics, connected):
         round(math.degrees(2 * math.atan2(each.pose.orientation.z, each.pose.orientation.w)))
         for each in path.poses] == [0, 90, 0, 0]
     live.until(lambda: topics['chain_code'][-1].data.startswith('frames 10;'))
-    text = parse(topics['chain_code'][-1].data)
+    text = parse_chain_code(topics['chain_code'][-1].data)
     assert text.movement.runs == ((1, 2), (0, 1), (3, 1), (1, 2), (2, 1), (1, 2))
     assert stop(connected[0]) == 0
 

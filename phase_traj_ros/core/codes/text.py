@@ -116,7 +116,7 @@ def parse_links(text: str) -> LinksText:
     return LinksText(float(step), unit, _parse_series(links))
 
 
-def parse(text: str) -> ChainCodeText:
+def parse_chain_code(text: str) -> ChainCodeText:
     """
     Parse a line in the grammar of this module.
 

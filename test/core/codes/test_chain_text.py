@@ -6,7 +6,7 @@ from hypothesis import given, strategies as st
 from phase_traj_ros.core import DynamicChainCode
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.codes.links import LinkCode
-from phase_traj_ros.core.codes.text import describe, describe_links, parse, parse_links
+from phase_traj_ros.core.codes.text import describe, describe_links, parse_chain_code, parse_links
 import pytest
 
 SHIFTS = st.lists(st.floats(-40, 40), max_size=60)
@@ -39,13 +39,13 @@ def test_eight_directions():
     assert str(text) == (
         'frames 5; movement 4 (0:0 1:3 2:1 3:0) 1x2 2x1 1x1;'
         ' direction 4 (0:0 1:2 2:2 3:0 4:0 5:0 6:0 7:0) 2x2 1x2')
-    assert parse(str(text)) == text
+    assert parse_chain_code(str(text)) == text
 
 
 @given(SHIFTS, st.none() | st.integers(1, 5), st.none() | st.integers(1, 5))
 def test_what_is_written_can_be_read(shifts, kept, shown):
     text = describe(coded(shifts, max_runs=kept), frames=len(shifts) + 1, max_runs=shown)
-    assert parse(str(text)) == text
+    assert parse_chain_code(str(text)) == text
     assert text.movement.length == len(shifts)
     assert '\n' not in str(text)
 
@@ -60,7 +60,7 @@ def test_what_is_written_can_be_read(shifts, kept, shown):
 ])
 def test_what_does_not_follow_the_grammar_is_refused(text):
     with pytest.raises(ValueError, match=r'chain code text|series'):
-        parse(text)
+        parse_chain_code(text)
 
 
 @pytest.mark.parametrize(('connectivity', 'unit', 'expected'), [

@@ -12,7 +12,7 @@ import sys
 from mcap import reader as mcap_reader
 from mcap_ros2 import decoder as mcap_ros2
 import numpy as np
-from phase_traj_ros.core.codes.text import parse
+from phase_traj_ros.core.codes.text import parse_chain_code
 from phase_traj_ros.errors import MissingDependencyError, OutputError, SourceError
 from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.run import replay
@@ -126,7 +126,7 @@ def test_what_cannot_be_measured_is_not_a_number(tmp_path):
 
 def test_the_chain_code_goes_out_when_the_movement_changes_else_once_a_second(tmp_path):
     _, found = written(tmp_path / 'out.mcap', rolled_frames([0] * 25 + [30, 30, 0]))
-    texts = [parse(message.data) for message in found['chain_code']]
+    texts = [parse_chain_code(message.data) for message in found['chain_code']]
     assert [text.frames for text in texts] == [2, 12, 22, 27, 28, 29]
     assert texts[-1].movement.runs == ((1, 25), (0, 1), (3, 1), (1, 1))
 
@@ -134,7 +134,7 @@ def test_the_chain_code_goes_out_when_the_movement_changes_else_once_a_second(tm
 def test_all_that_is_pending_goes_out_at_the_end(tmp_path):
     result, found = written(tmp_path / 'out.mcap', rolled_frames([0] * 14))
     last_ns = START_NS + 14 * RATE_NS
-    assert parse(found['chain_code'][-1].data).frames == 15
+    assert parse_chain_code(found['chain_code'][-1].data).frames == 15
     assert ns(found['path'][-1].header.stamp) == last_ns
     assert found['path'][-1].poses[-1].pose.position.x == result.updates[-1].tip.x == 14
     assert found.log_times['/diagnostics'] == [START_NS + 10**9, last_ns]
