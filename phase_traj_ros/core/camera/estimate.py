@@ -121,7 +121,7 @@ class CameraEstimate:
 
 def combined(estimates: Sequence[CameraEstimate]) -> CameraEstimate:
     """
-    Combine the estimates of several recordings of one camera.
+    Combine the estimates of one or more recordings of one camera.
 
     The images may differ in size, but not in aspect ratio. The result is for the size of the
     first.
@@ -129,11 +129,9 @@ def combined(estimates: Sequence[CameraEstimate]) -> CameraEstimate:
     Raises
     ------
     ValueError
-        ``estimates`` is empty, or the images have different aspect ratios.
+        The images have different aspect ratios.
 
     """
-    if not estimates:
-        raise ValueError('there is no estimate to combine: give one or more')
     first = estimates[0]
     for other in estimates[1:]:
         if abs(other.width * first.height - first.width * other.height) > max(

@@ -240,24 +240,19 @@ class YawMeter:
         """
         foreseen = self._foreseen(interval)
         shaking = min(max(shift.dy, -TUNING.max_shake_px), TUNING.max_shake_px)
-        best = self._match(key, current, (shift.dx, shaking))
+        travel = key.predict_travel(self._rate, self.mounting)
+        best = self._matcher.match(key, current, (shift.dx, shaking), travel)
         if (best is None or not best.motion.certain
                 or abs(shift.dx - foreseen) > TUNING.shift_gate_px):
-            best = _best(best, self._match(key, current, (foreseen, 0.0)))
+            best = _best(best, self._matcher.match(key, current, (foreseen, 0.0), travel))
         if best is None or not best.motion.certain:
             second = self._whole_shift.second_peak()
-            best = _best(best, self._match(key, current, (second.dx, 0.0)))
+            best = _best(best, self._matcher.match(key, current, (second.dx, 0.0), travel))
         if (best is not None and best.motion.holds(TUNING.min_agreement)
                 and not (self._stood and self._traffic.explains(
                     best.motion, best.blocks.resting))):
             self._matcher.learn(best)
         return best
-
-    def _match(
-        self, key: Keyframe, current: NDArray[np.uint8], expected: tuple[float, float],
-    ) -> Match | None:
-        return self._matcher.match(
-            key, current, expected, key.predict_travel(self._rate, self.mounting))
 
     def _by_blocks(self, shift: Shift, match: Match, interval: float) -> YawMeasurement:
         """Return the measurement of a pair by the motion since the keyframe, and learn from it."""

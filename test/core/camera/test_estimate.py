@@ -62,8 +62,6 @@ def test_a_reduced_recording_is_of_the_same_camera():
 def test_pictures_of_another_shape_are_not():
     with pytest.raises(ValueError, match='one camera'):
         combined([FOUND, replace(FOUND, height=180)])
-    with pytest.raises(ValueError, match='no estimate'):
-        combined([])
 
 
 def test_the_field_of_view_is_as_sure_as_the_focal_length():

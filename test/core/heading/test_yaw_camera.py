@@ -51,10 +51,10 @@ class _Told(SelfCalibration):
     def __init__(self, estimate):
         super().__init__()
         self._estimate = estimate
+        self.turns = 1
         self.frames = 0
 
     estimate = property(lambda self: self._estimate)
-    turns = 1
 
     def update(self, frame, shift_px, interval):
         self.frames += 1
