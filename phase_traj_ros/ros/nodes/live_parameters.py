@@ -3,9 +3,10 @@
 """The parameters of a node while it runs."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
-from phase_traj_ros.parameters import Parameters, unknown_parameter
-from phase_traj_ros.ros.declare import changed, declare_parameters
+from phase_traj_ros.parameter_spec import Spec
+from phase_traj_ros.parameters import Parameters, specs, unknown_parameter
 from phase_traj_ros.ros.startup.overrides import (
     check_override,
     explained,
@@ -13,7 +14,12 @@ from phase_traj_ros.ros.startup.overrides import (
     PREFIX,
 )
 from phase_traj_ros.ros.startup.param_files import param_files_for
-from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -44,7 +50,8 @@ class LiveParameters:
             if name.startswith(PREFIX):
                 check_override(name, parameter.value)
         self._files, self._warnings = param_files_for(node)
-        self.values = declare_parameters(node)
+        self.values = Parameters().with_values(
+            {spec.name: declare(node, spec) for spec in specs()})
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
 
@@ -69,15 +76,54 @@ class LiveParameters:
         files = ', '.join(map(str, self._files)) or 'no parameter file'
         log.info(f'parameters, with {files}: ' + (', '.join(own) or 'all at their defaults'))
 
+    def _with(self, updates: Sequence[Parameter]) -> Parameters:
+        """Return the values with updates; parameters of rclpy and ``autostart`` are ignored."""
+        known = {spec.name for spec in specs()}
+        return self.values.with_values(
+            {update.name: update.value for update in updates if update.name in known})
+
     def _check(self, updates: Sequence[Parameter]) -> SetParametersResult:
         try:
-            self._check_further(changed(self.values, updates))
+            self._check_further(self._with(updates))
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _apply(self, updates: Sequence[Parameter]) -> None:
-        values = changed(self.values, updates)
+        values = self._with(updates)
         if values != self.values:
             self.values = values
             self._on_change(values)
+
+
+def declare(node: Node, spec: Spec) -> object:
+    """
+    Declare one parameter on ``node`` and return its initial value.
+
+    Raises
+    ------
+    ParameterError
+        The initial value is of the wrong type or out of its range.
+
+    """
+    override = initial_values(node).get(spec.name)
+    if override is not None:
+        # The message of rclpy names the type by a number and does not say what to write instead.
+        spec.check(override.value)
+    return node.declare_parameter(spec.name, spec.default, _descriptor(spec)).value
+
+
+def _descriptor(spec: Spec) -> ParameterDescriptor:
+    descriptor: Any = ParameterDescriptor(
+        description=f'{spec.description} [{spec.unit}]' if spec.unit else spec.description,
+        additional_constraints=spec.allowed,
+        read_only=spec.read_only,
+    )
+    if spec.minimum is not None and spec.maximum is not None and not spec.is_open:
+        if spec.type == 'double':
+            descriptor.floating_point_range = [FloatingPointRange(
+                from_value=spec.minimum, to_value=spec.maximum)]
+        else:
+            descriptor.integer_range = [IntegerRange(
+                from_value=int(spec.minimum), to_value=int(spec.maximum), step=1)]
+    return descriptor

@@ -9,9 +9,8 @@ from phase_traj_ros.errors import message_of, PhaseTrajError
 from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import NODE_NAME, Parameters
-from phase_traj_ros.ros.declare import declare
 from phase_traj_ros.ros.nodes.bond import keep_bond
-from phase_traj_ros.ros.nodes.live_parameters import LiveParameters
+from phase_traj_ros.ros.nodes.live_parameters import declare, LiveParameters
 from phase_traj_ros.ros.nodes.work import Work
 from phase_traj_ros.ros.spin import names_explained
 from rclpy.impl.implementation_singleton import rclpy_implementation

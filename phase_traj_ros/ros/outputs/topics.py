@@ -6,16 +6,24 @@ from typing import Any
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.io.messages.schedule import Schedule
-from phase_traj_ros.io.messages.topics import ODOMETRY, pair_topics, PATH, Topic, whole_topics
+from phase_traj_ros.io.messages.topics import (
+    DEBUG_IMAGE,
+    ODOMETRY,
+    pair_topics,
+    PATH,
+    Topic,
+    whole_topics,
+)
+from phase_traj_ros.io.results.pictures import draw
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import MAX_PATH_POSES, Parameters
 from phase_traj_ros.ros.entities import Entities, LATCHED, PER_PAIR
-from phase_traj_ros.ros.outputs.debug_image import DebugImage
 from phase_traj_ros.ros.outputs.messages import MESSAGES, TYPES
 from phase_traj_ros.ros.outputs.transform import TransformOutput
 from phase_traj_ros.ros.outputs.wire import path_bytes
 from rclpy.clock import Clock, ClockType
 from rclpy.publisher import Publisher
+from rclpy.qos import qos_profile_sensor_data
 
 # Period at which delayed content is published while no pair arrives.
 _FLUSH_S = 0.25
@@ -45,7 +53,8 @@ class Outputs:
         self._of_all = {topic: _publisher(node, topic) for topic in whole_topics(parameters)}
         self._path_waits = False
         self._path_sent_ns: int | None = None
-        self._debug_image = DebugImage(node, estimator)
+        self._debug_image = node.create_publisher(
+            TYPES[DEBUG_IMAGE.type], f'~/{DEBUG_IMAGE.name}', qos_profile_sensor_data)
         self._transform = TransformOutput(node) if parameters.publish_tf else None
         # Two poses in one frame would contradict each other: the transform uses the metric one.
         self._placed_by = ODOMETRY.name if parameters.settings.metric else 'pose'
@@ -63,7 +72,10 @@ class Outputs:
                 stamped = message.pose if topic == ODOMETRY.name else message
                 self._transform.publish(
                     message.header, stamped.pose, self.parameters.child_frame_id)
-        self._debug_image.publish(frame, update)
+        if self._debug_image.get_subscription_count():
+            self._debug_image.publish(MESSAGES.image(
+                draw(frame, update, self._estimator),
+                MESSAGES.header(update.stamp_ns, frame.frame_id)))
         self._schedule.add(update)
         self._publish_due()
 
