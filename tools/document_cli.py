@@ -30,9 +30,9 @@ def page() -> str:
     # argparse has no public list of its arguments.
     [parsers] = [each.choices for each in parser._actions if isinstance(each.choices, Mapping)]
     blocks = [INTRODUCTION, table(parser)]
-    for task, commands in TASKS:
+    for task, modules in TASKS:
         blocks.append(f'## {task[0].upper()}{task[1:]}')
-        for command in commands:
+        for command in (module.COMMAND for module in modules):
             blocks += [
                 f'### {command.name}',
                 f'{command.summary[0].upper()}{command.summary[1:]}.',

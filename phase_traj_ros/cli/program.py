@@ -4,10 +4,10 @@
 
 from argparse import Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Generator
+from types import ModuleType
 from typing import NoReturn
 
 import phase_traj_ros
-from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands import (
     calibrate,
     demo,
@@ -24,14 +24,14 @@ from phase_traj_ros.core.correlation.transforms import (
     TransformLibrary,
 )
 
-TASKS: tuple[tuple[str, tuple[Command, ...]], ...] = (
-    ('code a recording', (replay.COMMAND, inspect_frames.COMMAND)),
-    ('judge the result', (evaluate.COMMAND,)),
-    ('find the place on a map', (locate.COMMAND,)),
-    ('learn the camera', (calibrate.COMMAND,)),
-    ('run the ROS node', (play.COMMAND, demo.COMMAND)),
+TASKS: tuple[tuple[str, tuple[ModuleType, ...]], ...] = (
+    ('code a recording', (replay, inspect_frames)),
+    ('judge the result', (evaluate,)),
+    ('find the place on a map', (locate,)),
+    ('learn the camera', (calibrate,)),
+    ('run the ROS node', (play, demo)),
 )
-"""The commands, grouped by task."""
+"""The modules of the commands, grouped by task; each has COMMAND, add_options and run."""
 
 
 class _Parser(ArgumentParser):
@@ -74,17 +74,20 @@ def program_parser() -> ArgumentParser:
     commands = parser.add_subparsers(
         title='commands', required=True, metavar='COMMAND',
         help='one of the commands below; COMMAND --help shows its options')
-    for module in (replay, inspect_frames, evaluate, locate, calibrate, play, demo):
-        module.add_parser(commands)
+    for _, modules in TASKS:
+        for module in modules:
+            command = module.COMMAND.add_to(commands)
+            module.add_options(command)
+            command.set_defaults(run=module.run)
     return parser
 
 
 def _overview() -> str:
     """Return the commands grouped by task, each with an example."""
     blocks = []
-    for task, commands in TASKS:
+    for task, modules in TASKS:
         lines = [f'{task}:']
-        for command in commands:
+        for command in (module.COMMAND for module in modules):
             lines += [f'  {command.name:<12}{command.summary}', f'{"":14}{command.example}']
         blocks.append('\n'.join(lines))
     return '\n\n'.join(blocks)

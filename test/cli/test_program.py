@@ -8,7 +8,7 @@ import shlex
 from phase_traj_ros.cli.program import program_parser, TASKS
 import pytest
 
-COMMANDS = [command for _, commands in TASKS for command in commands]
+COMMANDS = [module.COMMAND for _, modules in TASKS for module in modules]
 
 
 def subparsers():
@@ -21,7 +21,8 @@ def test_help_has_every_command_once_by_task_with_an_example():
     shown = program_parser().format_help()
 
     assert sorted(each.name for each in COMMANDS) == sorted(subparsers())
-    for task, commands in TASKS:
+    for task, modules in TASKS:
+        commands = [module.COMMAND for module in modules]
         block = shown.split(f'\n{task}:\n')[1].split('\n\n')[0]
         names = re.findall(r'^  (\S+)', block, re.MULTILINE)
         assert names == [command.name for command in commands]

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """``phase_traj calibrate``: learns the camera from the turns of one or several drives."""
 
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.options import add_source, SOURCE_HELP, source_of
@@ -36,16 +35,14 @@ COMMAND = Command(
     example='phase_traj calibrate drive.mp4 --output camera.yaml', epilog=_EPILOG)
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the parser."""
-    parser = COMMAND.add_to(commands)
+def add_options(parser: ArgumentParser) -> None:
+    """Add the arguments and options of the command."""
     add_source(parser, several=True)
     parser.add_argument(
         '--upside-down', action='store_true', help='the camera is mounted upside down')
     parser.add_argument(
         '--output', metavar='FILE.yaml', type=Path,
         help='write the camera to this parameter file, and replace one that is there')
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:

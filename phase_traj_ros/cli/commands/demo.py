@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """``phase_traj demo``: plays a rendered drive to the real node and checks the result."""
 
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.demo_drive import render, replay_bag
@@ -40,9 +39,8 @@ COMMAND = Command(
     example='phase_traj demo --output out/demo', epilog=_EPILOG)
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the parser."""
-    parser = COMMAND.add_to(commands)
+def add_options(parser: ArgumentParser) -> None:
+    """Add the arguments and options of the command."""
     parser.add_argument(
         '--drive', choices=sorted(DRIVES), default='demo',
         help="drive: demo, or one of the paper's two case studies (default: demo)")
@@ -56,7 +54,6 @@ def add_parser(commands: Any) -> None:
         '--output', metavar='DIR', type=Path, default=Path('out/demo'),
         help='write the results here (default: out/demo)')
     add_force(parser)
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> None:

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """``phase_traj evaluate``: compares a replay with the ground truth."""
 
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.options import add_force
@@ -39,9 +38,8 @@ COMMAND = Command(
     example='phase_traj evaluate results --ground-truth poses.txt', epilog=_EPILOG)
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the parser."""
-    parser = COMMAND.add_to(commands)
+def add_options(parser: ArgumentParser) -> None:
+    """Add the arguments and options of the command."""
     parser.add_argument('directory', metavar='DIR', type=Path, help='results of a replay')
     parser.add_argument(
         '--ground-truth', metavar='FILE', type=Path, required=True, help='the true trajectory')
@@ -50,7 +48,6 @@ def add_parser(commands: Any) -> None:
         help='the first pose belongs to the first frame of the replay: for times of different'
              ' clocks')
     add_force(parser)
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> None:

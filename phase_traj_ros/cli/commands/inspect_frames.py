@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``phase_traj inspect``: shows the phase correlation of two frames."""
 
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
@@ -26,9 +26,8 @@ COMMAND = Command(
     example='phase_traj inspect drive/000100.png drive/000101.png', epilog=_EPILOG)
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the parser."""
-    parser = COMMAND.add_to(commands)
+def add_options(parser: ArgumentParser) -> None:
+    """Add the arguments and options of the command."""
     parser.add_argument('first', metavar='A', type=Path, help='image file of the first frame')
     parser.add_argument(
         'second', metavar='B', type=Path, nargs='?', help='image file of the second frame')
@@ -39,7 +38,6 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         '--force', action='store_true',
         help=f'replace a {_NAME} that is there already (default: refuse)')
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> None:

@@ -6,7 +6,6 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.options import (
@@ -61,9 +60,8 @@ COMMAND = Command(
     epilog=_EPILOG)
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the parser."""
-    parser = COMMAND.add_to(commands)
+def add_options(parser: ArgumentParser) -> None:
+    """Add the arguments and options of the command."""
     add_source(parser)
     parser.add_argument(
         '--map', metavar='FILE', type=Path, required=True,
@@ -88,7 +86,6 @@ def add_parser(commands: Any) -> None:
              ' replay, otherwise only print)')
     add_force(parser)
     add_parameters(parser)
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int | None:

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """``phase_traj play``: publishes a recording on ROS topics."""
 
-from argparse import Namespace, REMAINDER
+from argparse import ArgumentParser, Namespace, REMAINDER
 from collections.abc import Iterator
 from contextlib import closing
 import math
-from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.options import add_source, SOURCE_HELP, source_of
@@ -46,9 +45,8 @@ COMMAND = Command(
     example='phase_traj play drive.mp4 --rate 2', epilog=_EPILOG)
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the parser."""
-    parser = COMMAND.add_to(commands)
+def add_options(parser: ArgumentParser) -> None:
+    """Add the arguments and options of the command."""
     add_source(parser)
     parser.add_argument(
         '--rate', metavar='R', type=float, default=1.0,
@@ -72,7 +70,6 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         '--ros-args', nargs=REMAINDER, default=[], metavar='...',
         help='arguments for ROS, such as -r __ns:=/front; must be the last option')
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> None:

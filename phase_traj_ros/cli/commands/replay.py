@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """``phase_traj replay``: computes codes and trajectory of a recording."""
 
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 import time
-from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.replay_many import add_batch, replay_many
@@ -40,9 +39,8 @@ COMMAND = Command(
     example='phase_traj replay drive.mp4 --output results --report', epilog=_EPILOG)
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the parser."""
-    parser = COMMAND.add_to(commands)
+def add_options(parser: ArgumentParser) -> None:
+    """Add the arguments and options of the command."""
     add_source(parser, several=True)
     add_parameters(parser)
     parser.add_argument(
@@ -63,7 +61,6 @@ def add_parser(commands: Any) -> None:
         '--bag-debug-images', action='store_true', help='also write the debug images to the bag')
     add_force(parser)
     add_batch(parser)
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int | None:

@@ -62,7 +62,10 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
     check_directory(
         root, names=SUMMARY_NAMES, inputs=requests[0].inputs, force=request.force)
     batch = Batch(requests)
-    with (_executor(options, len(requests)) as executor,
+    executors: AbstractContextManager[Executor] = (
+        IsolatedProcesses(min(options.jobs, len(requests))) if options.dask is None
+        else dask_executor(options.dask))
+    with (executors as executor,
           progress(total=len(requests), title='sources', layout=BY_SOURCE) as bar):
         try:
             batch.run(executor, lambda done: bar.update(done - bar.n))

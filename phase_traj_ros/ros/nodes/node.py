@@ -61,11 +61,11 @@ class PhaseTrajNode(LifecycleNode):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Make topics and services."""
-        return self._attempt(self._configure, refusal=PhaseTrajError)
+        return self._attempt(self._configure)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Reset the estimator and start to receive images."""
-        return self._attempt(self._activate, refusal=PhaseTrajError)
+        return self._attempt(self._activate)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop receiving images; late subscribers still receive the last latched messages."""
@@ -138,17 +138,15 @@ class PhaseTrajNode(LifecycleNode):
             self._work.close()
             self._work = None
 
-    def _attempt(
-        self, act: Callable[[], None], *, refusal: type[Exception] | tuple[()] = (),
-    ) -> TransitionCallbackReturn:
+    def _attempt(self, act: Callable[[], None]) -> TransitionCallbackReturn:
         """
         Return what ``act`` means for the transition; rclpy would hide its exceptions.
 
-        After a refusal the node stays in its state. After any other exception it cleans up.
+        After an error of this package the node stays in its state. After any other it cleans up.
         """
         try:
             act()
-        except refusal as error:
+        except PhaseTrajError as error:
             self._failure = error
             return TransitionCallbackReturn.FAILURE
         except Exception as error:

@@ -10,6 +10,7 @@ import time
 from typing import TYPE_CHECKING
 
 import cv2
+import numpy as np
 from phase_traj_ros.core import (
     CodeSource,
     FrameStream,
@@ -21,8 +22,9 @@ from phase_traj_ros.core import (
     Update,
 )
 from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.correlation.phase_correlation import MIN_SIDE
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
-from phase_traj_ros.errors import FrameError, PhaseTrajError
+from phase_traj_ros.errors import FrameError, ParameterError, PhaseTrajError
 from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.results.snapshot import Snapshot
@@ -35,7 +37,6 @@ from phase_traj_ros.ros.inputs.camera import CameraInput
 from phase_traj_ros.ros.inputs.image import image_topic, ImageInput
 from phase_traj_ros.ros.inputs.mounting import MountInput
 from phase_traj_ros.ros.inputs.speed import SpeedInput
-from phase_traj_ros.ros.nodes.changes import check_change
 from phase_traj_ros.ros.nodes.warnings import Warnings
 from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
@@ -168,18 +169,31 @@ class Work:
 
     def check(self, values: Parameters) -> None:
         """
-        Check that the estimator can continue with other values of the parameters.
+        Check that the estimator can continue with other values and loses nothing.
 
         Raises
         ------
         ValueError
-            See ``check_change``.
+            A value cannot change while the estimator runs, would restart the codes, or leaves
+            nothing of the frames.
 
         """
         if self._location is not None:
             self._location.check(values)
-        check_change(
-            self._estimator, self.mounting.with_given(values).parameters, self._frame_shape)
+        settings = self.mounting.with_given(values).parameters.settings
+        used, shape = self._estimator.settings, self._frame_shape
+        self._estimator.check(settings)
+        if self._estimator.frames and settings.code_source is not used.code_source:
+            raise ParameterError(
+                'a threshold selects what the codes are made from: it would restart them, with'
+                f' code_source {settings.code_source.value} instead of {used.code_source.value};'
+                ' set it at the start, or call ~/reset first')
+        if shape is not None and settings.view != used.view:
+            height, width = settings.view.of(np.broadcast_to(np.uint8(0), shape)).shape
+            if min(height, width) < MIN_SIDE:
+                raise ParameterError(
+                    f'shift.decimation leaves {width}x{height} pixels of images of'
+                    f' {shape[1]}x{shape[0]}: leave at least {MIN_SIDE}x{MIN_SIDE}')
 
     def change(self, values: Parameters) -> None:
         """Continue with other values of the parameters."""
