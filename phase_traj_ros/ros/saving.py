@@ -43,10 +43,9 @@ class Saving:
         """
         self._node = node
         self._take = take
-        self._folders: DriveFolders | None = None
         self._folder: Path | None = None
-        if output_dir:
-            self._folders = DriveFolders(user_path(output_dir), node.get_fully_qualified_name())
+        self._folders = DriveFolders(
+            user_path(output_dir), node.get_fully_qualified_name()) if output_dir else None
         # Drawing takes some tenths of a second. Images must not queue up meanwhile.
         self._writer = ThreadPoolExecutor(max_workers=1)
         entities.create_service(Trigger, '~/save', self._on_save)

@@ -3,7 +3,6 @@
 """``phase_traj evaluate``: compares a replay with the ground truth."""
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator
 from pathlib import Path
 
 from phase_traj_ros.cli.command import Command
@@ -87,21 +86,20 @@ def _print(evaluation: Evaluation, replayed: int) -> None:
             ('path as written by the replay', shape.path)):
         if error is not None:
             print(f'{name}: error {error:.1%} of its size')
-    for line in _odometry_lines(evaluation.path_errors):
-        print(line)
+    _print_odometry(evaluation.path_errors)
 
 
-def _odometry_lines(errors: PathErrors) -> Iterator[str]:
-    """Yield the scores of the path as odometry, in the plane."""
+def _print_odometry(errors: PathErrors) -> None:
+    """Print the scores of the path as odometry, in the plane."""
     distance, gained, turned = (
         errors.distance_error_percent, errors.t_rel_percent, errors.r_rel_deg_per_100m)
     if distance is not None:
-        yield f'distance error: {distance:+.1f} %'
+        print(f'distance error: {distance:+.1f} %')
     if gained is not None and turned is not None:
-        yield f't_rel {gained:.2f} %, r_rel {turned:.2f} degrees per 100 m, in the plane'
+        print(f't_rel {gained:.2f} %, r_rel {turned:.2f} degrees per 100 m, in the plane')
     if errors.ate_scaled_m is not None:
         unscaled = '' if errors.ate_m is None else f'{errors.ate_m:.2f} m, '
-        yield f'absolute error (ATE): {unscaled}{errors.ate_scaled_m:.2f} m when scaled to fit'
+        print(f'absolute error (ATE): {unscaled}{errors.ate_scaled_m:.2f} m when scaled to fit')
 
 
 def _codes(changes: tuple[int, ...]) -> str:

@@ -37,13 +37,9 @@ class CameraInput:
         topic = node.resolve_topic_name(_TOPIC)
         if topic == node.resolve_topic_name(_TOPIC, only_expand=True):
             topic = camera_info_topic(node.resolve_topic_name(IMAGE_TOPIC))
-        self._subscription = entities.create_subscription(
-            CameraInfo, topic, self._on_message, qos_profile_sensor_data)
-
-    @property
-    def topic(self) -> str:
-        """Return the full name of the topic after remapping."""
-        return str(self._subscription.topic_name)
+        self.topic = str(entities.create_subscription(
+            CameraInfo, topic, self._on_message, qos_profile_sensor_data).topic_name)
+        """Full name of the topic after remapping."""
 
     @property
     def missing(self) -> str:

@@ -16,7 +16,7 @@ from phase_traj_ros.ros.graph import COMPRESSED, RAW, SUFFIX
 from phase_traj_ros.ros.health import Health, LossCounter, Stage
 from phase_traj_ros.ros.outputs.messages import TYPES
 from rclpy.node import Node
-from rclpy.qos import qos_profile_sensor_data, QoSProfile
+from rclpy.qos import qos_profile_sensor_data
 
 IMAGE_TOPIC = 'image'
 _THROTTLE_S = 5.0
@@ -52,19 +52,13 @@ class ImageInput:
         self._stamps = StampRule()
         self._losses = LossCounter(lambda: node.count_publishers(self.topic))
         self.message_type = COMPRESSED if _is_compressed(parameters) else RAW
-        self._subscription = entities.create_subscription(
+        subscription = entities.create_subscription(
             TYPES[self.message_type], image_topic(node, parameters), self._on_message,
             qos_profile_sensor_data)
-
-    @property
-    def topic(self) -> str:
-        """Return the full name of the topic after remapping."""
-        return str(self._subscription.topic_name)
-
-    @property
-    def qos_profile(self) -> QoSProfile:
-        """Return the quality of service of the subscription."""
-        return self._subscription.qos_profile
+        self.topic = str(subscription.topic_name)
+        """Full name of the topic after remapping."""
+        self.qos_profile = subscription.qos_profile
+        """Quality of service of the subscription, with its overrides."""
 
     def _on_message(self, message: Any, info: Mapping[str, Any]) -> None:
         self._health.arrived(

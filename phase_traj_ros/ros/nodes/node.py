@@ -53,11 +53,14 @@ class PhaseTrajNode(LifecycleNode):
         self._change_state_of_rclpy = self._service_change_state.callback
         self._service_change_state.callback = self._on_change_state
         self._managed = not declare(self, _AUTOSTART)
-        if not self._managed:
-            self._start()
-        else:
+        if self._managed:
             self.get_logger().info(
                 f'unconfigured: ros2 lifecycle set {self.get_fully_qualified_name()} configure')
+            return
+        for transition in (self.trigger_configure, self.trigger_activate):
+            if transition() is not TransitionCallbackReturn.SUCCESS:
+                assert self._failure is not None
+                raise self._failure
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Make topics and services."""
@@ -81,12 +84,6 @@ class PhaseTrajNode(LifecycleNode):
         """Destroy the node with its topics and services."""
         self._clean_up()
         super().destroy_node()
-
-    def _start(self) -> None:
-        for transition in (self.trigger_configure, self.trigger_activate):
-            if transition() is not TransitionCallbackReturn.SUCCESS:
-                assert self._failure is not None
-                raise self._failure
 
     def _configure(self) -> None:
         with names_explained():

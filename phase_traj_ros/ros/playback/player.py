@@ -63,21 +63,18 @@ class FramePlayer(Node):
         self._lossless = lossless
         qos = LOSSLESS if lossless else qos_profile_sensor_data
         self._images = self.create_publisher(Image, topic, qos)
+        self.topic = str(self._images.topic_name)
+        """Full name of the topic of the images."""
         self._calibrations: Publisher | None = None
         if camera is not None:
             self._camera = camera_info_fields(camera, rectified=rectified)
             self._calibrations = self.create_publisher(
-                CameraInfo, camera_info_topic(self._images.topic_name), qos)
+                CameraInfo, camera_info_topic(self.topic), qos)
         self._clock_publisher: Publisher | None = None
         self._tick_s = _LONGEST_WAIT_S
         if clock_hz is not None:
             self._clock_publisher = self.create_publisher(Clock, '/clock', QoSProfile(depth=10))
             self._tick_s = 1.0 / clock_hz
-
-    @property
-    def topic(self) -> str:
-        """Return the full name of the topic of the images."""
-        return str(self._images.topic_name)
 
     def wait_for_subscribers(self, stop: Event, timeout_s: float) -> bool:
         """
@@ -130,7 +127,7 @@ class FramePlayer(Node):
         """
         if not self._images.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGE_S)):
             raise OutputError(
-                f'a subscriber of {self._images.topic_name} has not acknowledged all frames'
+                f'a subscriber of {self.topic} has not acknowledged all frames'
                 f' within {_ACKNOWLEDGE_S} s')
 
     def _wait(self, due: float, stop: Event, stamp_ns: int, rate: float) -> bool:
