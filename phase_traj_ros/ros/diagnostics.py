@@ -17,6 +17,7 @@ from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.image import ImageInput
 from phase_traj_ros.ros.losses import advice
 from phase_traj_ros.ros.outputs.messages import MESSAGES
+from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.utilities import get_rmw_implementation_identifier
 
@@ -63,6 +64,10 @@ class Diagnostics:
         # Computing the medians takes time.
         if self._publisher.get_subscription_count():
             self._publish(bad, lost)
+        logger = self._node.get_logger()
+        if logger.is_enabled_for(LoggingSeverity.DEBUG):
+            logger.debug('microseconds per image: ' + ', '.join(
+                f'{stage.value} {self._health.microseconds(stage):.0f}' for stage in Stage))
 
     def _publish(self, bad: int, lost: int) -> None:
         self._publisher.publish(MESSAGES.diagnostics(

@@ -64,11 +64,11 @@ class PhaseTrajNode(LifecycleNode):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Make topics and services."""
-        return self._attempt(self._configure)
+        return self._attempt(self._configure, refusal=PhaseTrajError)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Reset the estimator and start to receive images."""
-        return self._attempt(self._activate)
+        return self._attempt(self._activate, refusal=PhaseTrajError)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop receiving images; late subscribers still receive the last latched messages."""
@@ -135,15 +135,17 @@ class PhaseTrajNode(LifecycleNode):
             self._work.close()
             self._work = None
 
-    def _attempt(self, act: Callable[[], None]) -> TransitionCallbackReturn:
+    def _attempt(
+        self, act: Callable[[], None], *, refusal: type[Exception] | tuple[()] = (),
+    ) -> TransitionCallbackReturn:
         """
         Return what ``act`` means for the transition; rclpy would hide its exceptions.
 
-        After an error of this package the node stays in its state. After any other it cleans up.
+        After a refusal the node stays in its state. After any other exception it cleans up.
         """
         try:
             act()
-        except PhaseTrajError as error:
+        except refusal as error:
             self._failure = error
             return TransitionCallbackReturn.FAILURE
         except Exception as error:

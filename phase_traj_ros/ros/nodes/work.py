@@ -258,26 +258,23 @@ class Work:
         """Publish outcomes as they come; return why the last unusable frame was skipped."""
         unusable, began = None, time.perf_counter_ns()
         for outcome in outcomes:
-            if isinstance(outcome, Skipped):
-                unusable = outcome.reason
-            self._publish(outcome, time.perf_counter_ns() - began)
+            match outcome:
+                case Restarted(newest_ns, stamp_ns):
+                    self._end_drive()
+                    went = 'back' if stamp_ns < newest_ns else 'on'
+                    self._node.get_logger().warning(
+                        f'time went {went} by {abs(newest_ns - stamp_ns) / 1e9:.3f} s, from'
+                        f' {newest_ns / 1e9:.3f} to {stamp_ns / 1e9:.3f}: restarted')
+                case Started():
+                    self._outputs.publish_state()
+                case Measured(frame, update):
+                    self._publish(frame, update, time.perf_counter_ns() - began)
+                case Skipped(_, reason):
+                    unusable = reason
             began = time.perf_counter_ns()
         return unusable
 
-    def _publish(self, outcome: Outcome[StampedFrame], estimated_ns: int) -> None:
-        match outcome:
-            case Restarted(newest_ns, stamp_ns):
-                self._end_drive()
-                went = 'back' if stamp_ns < newest_ns else 'on'
-                self._node.get_logger().warning(
-                    f'time went {went} by {abs(newest_ns - stamp_ns) / 1e9:.3f} s, from'
-                    f' {newest_ns / 1e9:.3f} to {stamp_ns / 1e9:.3f}: restarted')
-            case Started():
-                self._outputs.publish_state()
-            case Measured(frame, update):
-                self._publish_update(frame, update, estimated_ns)
-
-    def _publish_update(self, frame: StampedFrame, update: Update, estimated_ns: int) -> None:
+    def _publish(self, frame: StampedFrame, update: Update, estimated_ns: int) -> None:
         began = time.perf_counter_ns()
         update = self.mounting.at_base(update)
         if update.camera is not None:
