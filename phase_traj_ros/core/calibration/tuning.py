@@ -118,7 +118,7 @@ class CalibrationTuning:
     """Prior standard deviation of the inverse depth of a point..."""
     start_inverse_depth: float = 0.03
     """...and its start value."""
-    max_ratio: float = 2.0
+    max_duration_ratio: float = 2.0
     """The speed is taken as constant in steps whose duration is within this factor of the median;
     the distance in shorter and longer ones is that of the limit."""
     positive_depth_weight: float = 1e4

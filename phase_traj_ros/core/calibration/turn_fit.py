@@ -133,8 +133,8 @@ class _Problem:
         self._flow, self._deviation = tracks.flow, TUNING.point_deviation_px * tracks.reduction
         # A slow step lasts until its parallax is sufficient, so its distance is not as unusual as
         # its duration: a vehicle may slow to a creep within a turn, or stop.
-        steps = np.diff(tracks.seconds)
-        steps = np.clip(steps / np.median(steps), 1.0 / TUNING.max_ratio, TUNING.max_ratio)
+        steps, most = np.diff(tracks.seconds), TUNING.max_duration_ratio
+        steps = np.clip(steps / np.median(steps), 1.0 / most, most)
         self._steps = steps / steps.mean()
         self._frame_count = len(tracks.flow)
         self._observations = np.arange(len(used))

@@ -69,6 +69,8 @@ def commit(moves: Iterable[Move]) -> None:
     """
     Carry out all moves; if one fails, take the others back.
 
+    Each file is replaced in one step, so a reader finds either the old or the new one.
+
     Raises
     ------
     OutputError
@@ -84,7 +86,8 @@ def commit(moves: Iterable[Move]) -> None:
 
 def _carry_out(move: Move, undo: ExitStack) -> None:
     if os.path.lexists(move.target):
-        move.target.rename(move.aside)
+        if move.staged is None or not _linked(move.target, move.aside):
+            move.target.rename(move.aside)
         undo.callback(_move_back, move.aside, move.target)
     if move.staged is not None:
         move.staged.replace(move.target)
@@ -94,3 +97,12 @@ def _carry_out(move: Move, undo: ExitStack) -> None:
 def _move_back(path: Path, origin: Path) -> None:
     with suppress(OSError):
         path.replace(origin)
+
+
+def _linked(path: Path, other: Path) -> bool:
+    """Return whether ``other`` has become a second name of a file; not on every file system."""
+    try:
+        os.link(path, other, follow_symlinks=False)
+    except OSError:
+        return False
+    return True

@@ -321,8 +321,9 @@ def test_a_folder_in_the_way_is_refused_before_the_work(tmp_path, force):
     assert everything(tmp_path) == ['chain_code.json', 'trajectory.png']
 
 
+@pytest.mark.parametrize('links', [True, False])
 @pytest.mark.parametrize('failing', range(5))
-def test_a_set_is_moved_whole_or_not_at_all(tmp_path, monkeypatch, failing):
+def test_a_set_is_moved_whole_or_not_at_all(tmp_path, monkeypatch, failing, links):
     out = tmp_path / 'out'
     put(out, ['a', 'b', 'stale'], 'old')
     (tmp_path / 'drive.gif').write_text('old')
@@ -337,6 +338,8 @@ def test_a_set_is_moved_whole_or_not_at_all(tmp_path, monkeypatch, failing):
         return replace(path, target)
 
     monkeypatch.setattr(Path, 'replace', failing_replace)
+    if not links:
+        monkeypatch.setattr(commit, '_linked', lambda *_: False)
 
     def write():
         with Outputs() as outputs:
