@@ -62,10 +62,7 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
     check_directory(
         root, names=SUMMARY_NAMES, inputs=requests[0].inputs, force=request.force)
     batch = Batch(requests)
-    executors: AbstractContextManager[Executor] = (
-        IsolatedProcesses(min(options.jobs, len(requests))) if options.dask is None
-        else dask_executor(options.dask))
-    with (executors as executor,
+    with (_executor(options, len(requests)) as executor,
           progress(total=len(requests), title='sources', layout=BY_SOURCE) as bar):
         try:
             batch.run(executor, lambda done: bar.update(done - bar.n))

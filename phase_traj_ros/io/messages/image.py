@@ -66,6 +66,8 @@ _LAYOUTS = {
 ENCODINGS = tuple(_LAYOUTS)
 """Names of the encodings that to_grey supports."""
 
+_MIN_MOSAIC_SIDE = 3
+
 
 def to_grey(msg: Any) -> GreyImage:
     """
@@ -140,6 +142,11 @@ def _samples(msg: Any, layout: _Layout) -> GreyImage:
     what = f'the {width}x{height} image of encoding {msg.encoding}'
     if height <= 0 or width <= 0:
         raise FrameError(f'{what} has no pixels')
+    if layout.luma is not None and width % 2:
+        raise FrameError(f'{what} has an odd width, but two pixels share their colour')
+    if msg.encoding.startswith('bayer_') and min(width, height) < _MIN_MOSAIC_SIDE:
+        raise FrameError(
+            f'{what} is too small: a mosaic needs {_MIN_MOSAIC_SIDE}x{_MIN_MOSAIC_SIDE} pixels')
     sample: np.dtype[Any] = np.dtype(layout.sample).newbyteorder('>' if msg.is_bigendian else '<')
     pixel = layout.channels * sample.itemsize
     row = width * pixel

@@ -179,6 +179,8 @@ def test_message_class_of_ros(picture, image_msg):
     ({'encoding': 'a\nb' + 'c' * 1000}, r"'a\\nbccc"),
     ({'height': 2 ** 32 - 1, 'width': 2 ** 32 - 1}, 'step'),
     ({'height': 2 ** 32 - 1}, 'but its data has'),
+    ({'encoding': 'yuv422', 'width': 31}, 'odd width'),
+    ({'encoding': 'bayer_rggb8', 'width': 2}, 'too small: a mosaic needs 3x3'),
 ])
 def test_bad_message(picture, image_msg, change, message):
     msg = image_msg(picture(), 'rgb8')
