@@ -32,11 +32,13 @@ class Manifest:
     def of(cls, folder: Path) -> 'Manifest':
         """Read the manifest of a folder; without one, the folder owns no files."""
         content: object = None
+        path = folder / MANIFEST
         with suppress(OSError, ValueError, RecursionError):
-            content = json.loads((folder / MANIFEST).read_text(encoding='utf-8'))
+            # A pipe of that name would never end.
+            content = json.loads(path.read_text(encoding='utf-8')) if path.is_file() else None
         match content:
             case {'program': 'phase_traj_ros', 'files': dict(listed)}:
-                return cls(folder, {**listed, MANIFEST: _digest(folder / MANIFEST)})
+                return cls(folder, {**listed, MANIFEST: _digest(path)})
         return cls(folder)
 
     def owns(self, name: str) -> bool:
