@@ -13,7 +13,7 @@ import numpy as np
 from phase_traj_ros.synthetic.arrays import Bytes, Singles
 from phase_traj_ros.synthetic.textures import facades, surfaces
 from phase_traj_ros.synthetic.textures.atlas import Atlas, build_atlas
-from phase_traj_ros.synthetic.textures.noise import NoiseBank, Sheet
+from phase_traj_ros.synthetic.textures.noise import noise_bank, Sheet
 from phase_traj_ros.synthetic.textures.silhouettes import build_silhouettes, Silhouettes
 
 
@@ -67,14 +67,14 @@ class Materials:
 def materials() -> Materials:
     """Return the materials of all scenes; they are shared and must not be changed."""
     rng = np.random.default_rng((0, 1))
-    noise = NoiseBank(rng)
+    bank = noise_bank(rng)
     pictures: list[Bytes] = []
     densities: list[float] = []
     members = {}
     for (material, recipe) in _RECIPES.items():
         members[material] = tuple(range(len(pictures), len(pictures) + recipe.count))
         densities += [recipe.density] * recipe.count
-        sheet = Sheet(rng, noise, recipe.length, recipe.height, recipe.density)
+        sheet = Sheet(rng, bank, recipe.length, recipe.height, recipe.density)
         pictures += [
             np.clip(recipe.draw(sheet), 4, 255).astype(np.uint8) for _ in range(recipe.count)]
     return Materials(build_atlas(pictures, densities), members, build_silhouettes(rng))
