@@ -20,10 +20,8 @@ from benchmarks.location.drives import OUT
 from benchmarks.location.outcome import Row
 from benchmarks.location.page import page
 from benchmarks.location.parts import PARTS
-from benchmarks.shared.report import disturbance, ROOT
+from benchmarks.shared.report import disturbance, write_page
 from benchmarks.shared.timing import bystanders, prepare
-
-_DOCUMENT = ROOT / 'docs' / 'measurements' / 'locate.md'
 
 
 def main() -> None:
@@ -46,7 +44,7 @@ def main() -> None:
             _file(part).write_text(json.dumps(
                 {'rows': rows, 'watched': disturbance(watched)}))
     if not arguments.part:
-        _DOCUMENT.write_text('\n\n'.join(page(_rows)) + '\n')
+        write_page('locate', page(_rows))
 
 
 def _file(part: str) -> Path:
