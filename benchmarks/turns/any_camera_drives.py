@@ -110,19 +110,6 @@ PLANS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Ride:
-    """A drive as seen by one of the cameras."""
-
-    mount: Mount
-    drive: Drive
-
-    def frames(self) -> Iterator[Frame]:
-        """Yield the frames, (height, width) uint8 each, rendered on demand."""
-        for frame in render_drive(self.drive):
-            yield frame if self.mount.overlay is None else self.mount.overlay(frame.copy())
-
-
 def right_order(turns: Iterable[FoundTurn], *, frames: int) -> str:
     """
     Return the right codes of turns of at least 55 degrees, as a regular expression.
@@ -150,8 +137,8 @@ def ways(poses: np.ndarray, camera: Camera) -> list[float]:
     return [0.0, *(np.cumsum(steps) / camera.above_ground)]
 
 
-def ride(plan: str, mount: str) -> Ride:
-    """Return the drive of one of the plans as one of the cameras sees it."""
+def ride(plan: str, mount: str) -> tuple[Drive, Iterator[Frame]]:
+    """Return the drive of one of the plans with one of the cameras, and what it sees."""
     sits = MOUNTS[mount]
     drive = plan_drive(
         f'{plan}, {mount}', PLANS[plan], rate_hz=sits.rate_hz, speed=_SPEED, camera=sits.camera,
@@ -161,4 +148,6 @@ def ride(plan: str, mount: str) -> Ride:
     poses[:, 1] += sits.ahead * np.sin(poses[:, 2])
     poses[:, 2] += np.radians(sits.yaw_deg)
     poses[:, 3:] = np.radians((sits.pitch_deg, sits.roll_deg))
-    return Ride(sits, replace(drive, poses=poses))
+    drive = replace(drive, poses=poses)
+    frames = render_drive(drive)
+    return drive, frames if sits.overlay is None else map(sits.overlay, frames)

@@ -108,12 +108,11 @@ class Outcome:
 
 def rendered(plan: str, camera: str) -> Drive:
     """Return one of the rendered drives; its frames are kept on the disk."""
-    chosen = ride(plan, camera)
-    drive, model = chosen.drive, chosen.mount.camera
-    frames = on_disk(
-        _file(plan, camera, 'npy'), (len(drive), model.height, model.width), chosen.frames())
+    drive, frames = ride(plan, camera)
+    model = drive.camera
+    kept = on_disk(_file(plan, camera, 'npy'), (len(drive), model.height, model.width), frames)
     return Drive(
-        plan, camera, frames, drive.stamps_ns.tolist(), np.unwrap(drive.poses[:, 2]), model.focal,
+        plan, camera, kept, drive.stamps_ns.tolist(), np.unwrap(drive.poses[:, 2]), model.focal,
         ways(drive.poses, model))
 
 

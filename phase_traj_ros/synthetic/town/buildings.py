@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 from phase_traj_ros.synthetic.arrays import Floats
-from phase_traj_ros.synthetic.scene.panels import Panel
+from phase_traj_ros.synthetic.scene.scene import Panel
 from phase_traj_ros.synthetic.textures.materials import Material, Materials
 from phase_traj_ros.synthetic.textures.silhouettes import Outline
 from phase_traj_ros.synthetic.town.keep_out import KeepOut

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 from phase_traj_ros.synthetic.arrays import Floats
-from phase_traj_ros.synthetic.scene.panels import Panels
-from phase_traj_ros.synthetic.scene.scene import Scene
+from phase_traj_ros.synthetic.scene.scene import Panels, Scene
 from phase_traj_ros.synthetic.scene.sky import build_sky
 from phase_traj_ros.synthetic.textures.materials import materials
 from phase_traj_ros.synthetic.town.buildings import build, ROADWAY, Town

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from phase_traj_ros.synthetic.arrays import Bools, Floats, Ints
 from phase_traj_ros.synthetic.camera import Camera, Pose
-from phase_traj_ros.synthetic.scene.panels import Panels
+from phase_traj_ros.synthetic.scene.scene import Panels
 from phase_traj_ros.synthetic.textures.silhouettes import Silhouettes
 
 #: Nearest distance from the camera's plane that is drawn, in metres.
