@@ -66,7 +66,7 @@ class Town:
     ) -> None:
         """Add one panel, unless it is too near to a pose."""
         length = float(np.hypot(*(end - start)))
-        if not (self.poses.far(start, end) or self.poses.clear(_samples(start, end)).all()):
+        if not self.poses.clear(_samples(start, end)).all():
             return
         chosen = self._any(material) if texture is None else texture
         atlas = self.materials.atlas
