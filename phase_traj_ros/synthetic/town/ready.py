@@ -15,12 +15,7 @@ from phase_traj_ros.synthetic.textures.materials import materials
 from phase_traj_ros.synthetic.town.buildings import build, ROADWAY, Town
 from phase_traj_ros.synthetic.town.keep_out import KeepOut
 from phase_traj_ros.synthetic.town.paving import pave
-from phase_traj_ros.synthetic.town.streets import (
-    grid_streets,
-    HALF_WIDTH,
-    Street,
-    streets_along,
-)
+from phase_traj_ros.synthetic.town.streets import grid_streets, HALF_WIDTH, Street, streets_along
 
 #: Smallest distance of anything solid from a pose, in metres.
 CLEARANCE = 4.0
