@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import av
 from benchmarks.distance import drives
-from benchmarks.heading.drives import Ride
-from benchmarks.shared.clips import at_axle, KITTI_LEVER_M, model_of
-from benchmarks.shared.report import paragraphs, ROOT, table, versions
+from benchmarks.heading.drives import real_rides, Ride
+from benchmarks.shared.clips import model_of
+from benchmarks.shared.report import paragraphs, table, versions, write_page
 import cv2
 import numpy as np
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
@@ -24,7 +24,6 @@ from phase_traj_ros.synthetic.degradations import encoded
 from phase_traj_ros.tasks.evaluation.scores import way_along
 
 _RATE_FACTORS = (23, 28, 33, 38)
-_DOCUMENT = ROOT / 'docs' / 'measurements' / 'compression.md'
 
 _INTRODUCTION = """
     This page shows what the compression of a film does to the
@@ -51,16 +50,14 @@ def main() -> None:
             print(*rows[-1], sep='  ', flush=True)
     introduction = _INTRODUCTION.format(versions=versions(), av=av.__version__)
     header = ('drive', 'size', 'not compressed', *map(str, _RATE_FACTORS))
-    _DOCUMENT.write_text('\n\n'.join((
-        '# Compressed films', paragraphs(introduction), table(header, map(_cells, rows)))) + '\n',
-        encoding='utf-8')
+    write_page('compression', (
+        '# Compressed films', paragraphs(introduction), table(header, map(_cells, rows))))
 
 
 def rides() -> Iterator[Ride]:
     """Yield the drives."""
-    for name in drives.real_names():
-        if 'mirrored' not in name:
-            yield drives.real(name).kept()
+    # Without the mirrored ones.
+    yield from real_rides()[::2]
     yield drives.motorway(25.0).kept()
     yield drives.block().kept()
 
@@ -91,10 +88,7 @@ def followed(ride: Ride, frames: list[np.ndarray]) -> tuple[float, str]:
         lens=Lens(camera=camera), code_source=CodeSource.AUTO, camera_height=1.65))
     for frame, stamp_ns in zip(frames, ride.stamps_ns):
         estimator.update(frame, stamp_ns)
-    true = np.column_stack([ride.places, ride.yaw])
-    if 'KITTI' in ride.name:
-        true = at_axle(true, KITTI_LEVER_M)
-    way = way_along(true[:, :2])[-1]
+    way = way_along(drives.true_path(ride)[:, :2])[-1]
     return estimator.way.distance / way - 1.0, ', '.join(estimator.reliability.words)
 
 

@@ -4,9 +4,8 @@
 Accuracy of distances: on real clips, on rendered drives, and under difficult conditions.
 
 Takes an hour or more and writes docs/measurements/distance.md. Results of each part are kept in
-out/distance, so a stopped run continues where it was. ``--part NAME`` measures one part,
-``--page`` writes the page from the available results, ``--frames N`` ends the drives along whole
-sequences after N frames. Without options, all missing parts are measured.
+out/distance, so a stopped run continues where it was, and a complete one only writes the page.
+``--part NAME`` measures one part (again).
 """
 
 from __future__ import annotations
@@ -15,14 +14,26 @@ import argparse
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 import json
 import math
+from pathlib import Path
+from typing import Any
 import zlib
 
 from benchmarks.distance import drives
-from benchmarks.heading.drives import bonnet, Ride
-from benchmarks.shared.clips import at_axle, kitti_clip, KITTI_LEVER_M, model_of
-from benchmarks.shared.report import disturbance, machine, paragraphs, ROOT, table, verdict
+from benchmarks.heading.drives import bonnet, real_rides, Ride
+from benchmarks.shared.clips import kitti_clip, KITTI_LEVER_M, model_of
+from benchmarks.shared.report import (
+    all_met,
+    disturbance,
+    machine,
+    paragraphs,
+    ROOT,
+    table,
+    verdict,
+    write_page,
+)
 from benchmarks.shared.timing import bystanders, prepare, take_turns
 import cv2
 import numpy as np
@@ -40,7 +51,6 @@ from phase_traj_ros.tasks.evaluation.scores import (
     way_along,
 )
 
-_DOCUMENT = ROOT / 'docs' / 'measurements' / 'distance.md'
 _KEPT = ROOT / 'out' / 'distance'
 _HEIGHT, _DEVIATION, _MOUNTED = 1.65, 0.04, math.radians(0.5)
 # Two-sided 95 % of a chi-square distribution with three degrees of freedom.
@@ -104,36 +114,30 @@ def main() -> None:
     """Measure the requested or the missing parts, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--part', choices=PARTS)
-    parser.add_argument('--frames', type=int)
-    parser.add_argument('--page', action='store_true')
     chosen = parser.parse_args()
     prepare()
     cv2.setRNGSeed(0)
     _KEPT.mkdir(parents=True, exist_ok=True)
-    if not chosen.page:
-        for name in [chosen.part] if chosen.part else PARTS:
-            if chosen.part or not _file(name).exists():
-                measure(name, chosen.frames)
+    for name in [chosen.part] if chosen.part else PARTS:
+        if chosen.part or not _file(name).exists():
+            measure(name)
     if chosen.part is None:
-        _DOCUMENT.write_text('\n\n'.join(page()) + '\n', encoding='utf-8')
+        write_page('distance', page())
 
 
-def measure(part: str, frames: int | None) -> None:
+def measure(part: str) -> None:
     """Measure a part, and store its results."""
-    found: object
-    if part == 'time':
-        found = time_per_frame()
-    else:
-        found = []
-        for row in PARTS[part](frames):
-            print(part, row.name, f'{100 * row.distance:+.2f} %', row.t_rel, row.states,
+    found = []
+    for each in PARTS[part]():
+        if isinstance(each, Row):
+            print(part, each.name, f'{100 * each.distance:+.2f} %', each.t_rel, each.states,
                   flush=True)
-            found.append(asdict(row))
+        found.append(asdict(each) if isinstance(each, Row) else each)
     _file(part).write_text(json.dumps(found), encoding='utf-8')
 
 
 def page() -> Iterator[str]:
-    """Yield the parts of the page that have been measured."""
+    """Yield the parts of the page."""
     yield '# Distance'
     yield paragraphs(_INTRODUCTION)
     yield 'Written by `benchmarks/distance/distance.py`.'
@@ -145,11 +149,7 @@ def page() -> Iterator[str]:
             ('other', 'Motorway, stop and go, other cameras', _OTHER_TEXT, (None,) * 3),
             ('breaks', 'What breaks it', _BREAKS_TEXT, (None,) * 3)):
         parts = [part] if part != 'whole' else [name for name in PARTS if name.startswith('along')]
-        rows = [
-            Row(**row) for name in parts if _file(name).exists()
-            for row in json.loads(_file(name).read_text(encoding='utf-8'))]
-        if not rows:
-            continue
+        rows = [Row(**row) for name in parts for row in _kept(name)]
         yield f'## {title}'
         yield paragraphs(text)
         yield table(
@@ -158,27 +158,25 @@ def page() -> Iterator[str]:
         if part != 'breaks':
             every += [value for row in rows for value in row.nees]
             exact += [value for row in rows for value in row.exact]
-    if every:
-        yield '## Variances'
-        yield paragraphs(f"""
-            Of all {len(every)} poses above but those of what breaks it, {_inside(every)} lie
-            within the band. Where the rendered cameras have exactly the height and the mounting
-            that the estimator is told, {_inside(exact)} do: most others are too good.
-            """)
-    if _file('time').exists():
-        yield '## Time'
-        yield from json.loads(_file('time').read_text(encoding='utf-8'))
+    yield '## Variances'
+    yield paragraphs(f"""
+        Of all {len(every)} poses above but those of what breaks it, {_inside(every)} lie
+        within the band. Where the rendered cameras have exactly the height and the mounting
+        that the estimator is told, {_inside(exact)} do: most others are too good.
+        """)
+    yield '## Time'
+    yield from _kept('time')
     yield '## Measured on'
     yield machine()
 
 
-def real(_: int | None) -> Iterator[Row]:
+def real() -> Iterator[Row]:
     """Measure the real clips and their mirrors."""
-    for name in drives.real_names():
-        yield follow(drives.real(name))
+    for ride in real_rides():
+        yield follow(ride)
 
 
-def other(_: int | None) -> Iterator[Row]:
+def other() -> Iterator[Row]:
     """Measure other speeds and other cameras."""
     for speed in (25.0, 35.0):
         yield follow(drives.motorway(speed), rendered=True)
@@ -187,7 +185,7 @@ def other(_: int | None) -> Iterator[Row]:
         yield follow(drives.block(camera), rendered=True)
 
 
-def breaks(_: int | None) -> Iterator[Row]:
+def breaks() -> Iterator[Row]:
     """Measure difficult conditions, and wrong values of the camera."""
     plain = drives.block().kept()
     for name, spoil in {'a bonnet': bonnet, **drives.SPOILT}.items():
@@ -206,16 +204,9 @@ def breaks(_: int | None) -> Iterator[Row]:
             replace(plain, name=f'pitch given {wrong:+.0f}° wrong'), rendered=True, lens=lens)
 
 
-def along(sequence: str) -> Callable[[int | None], Iterator[Row]]:
-    """Return the function that measures the drive along a sequence."""
-    def measured(frames: int | None) -> Iterator[Row]:
-        yield follow(drives.along_kitti(sequence, frames), rendered=True)
-    return measured
-
-
-PARTS: dict[str, Callable[[int | None], Iterator[Row]]] = {
-    'real': real, 'other': other, 'breaks': breaks,
-    **{f'along-{sequence}': along(sequence) for sequence in drives.SEQUENCES}, 'time': real}
+def along(sequence: str) -> Iterator[Row]:
+    """Measure the drive along a sequence."""
+    yield follow(drives.along_kitti(sequence), rendered=True)
 
 
 def follow(ride: Ride, *, rendered: bool = False, lens: Lens | None = None) -> Row:
@@ -226,38 +217,30 @@ def follow(ride: Ride, *, rendered: bool = False, lens: Lens | None = None) -> R
     estimator = TrajectoryEstimator(EstimatorSettings(
         lens=lens or Lens(camera=model_of(ride.camera)), code_source=CodeSource.AUTO,
         camera_height=height))
-    poses, covariances, states = [(0.0, 0.0, 0.0)], [np.zeros((3, 3))], Counter[str]()
+    path, states = drives.FoundPath(), Counter[str]()
     for frame, stamp_ns in zip(ride.frames(), ride.stamps_ns):
         update = estimator.update(frame, stamp_ns)
         if update is None:
             continue
         assert update.travel is not None
         states[update.travel.state.value] += 1
-        if update.odometry is None:
-            poses.append(poses[-1])
-            covariances.append(np.full((3, 3), np.nan))
-            continue
-        pose = update.odometry.pose
-        poses.append((pose.x, pose.y, pose.yaw))
-        covariances.append(np.array(update.odometry.covariance))
-    found = np.array(poses)
-    true = np.column_stack([ride.places, ride.yaw])
-    if 'KITTI' in ride.name:
-        true = at_axle(true, KITTI_LEVER_M)
+        path.add(update.odometry)
+    found, covariances = path.arrays()
+    true = drives.true_path(ride)
     nees = _nees(found, covariances, true, _MOUNTED * askew)
     found[:, :2] *= _HEIGHT / height
     unit = np.array([_HEIGHT / height, _HEIGHT / height, 1.0])
-    exact = _nees(found, [np.outer(unit, unit) * each for each in covariances], true, 0.0)
+    exact = _nees(found, np.outer(unit, unit) * covariances, true, 0.0)
     gained = relative_errors(found, true)
-    way = float(np.hypot(*np.diff(true[:, :2], axis=0).T).sum())
     return Row(
-        ride.name, len(found), way, distance_error(found[:, :2], true[:, :2]) or 0.0,
+        ride.name, len(found), float(way_along(true[:, :2])[-1]),
+        distance_error(found[:, :2], true[:, :2]) or 0.0,
         None if gained is None else gained.translation,
         shape_error(found[:, :2], true[:, :2]) or 0.0, dict(states), nees, exact)
 
 
-def time_per_frame() -> list[str]:
-    """Return the time for the distance, in addition to the heading and compared with OpenCV."""
+def time_per_frame() -> Iterator[str]:
+    """Yield the time for the distance, in addition to the heading and compared with OpenCV."""
     clip = kitti_clip('00')
     assert clip is not None
     lens = Lens(camera=model_of(clip.camera))
@@ -277,15 +260,21 @@ def time_per_frame() -> list[str]:
         timed = take_turns(contestants, range(len(clip.frames)), warm_up=20)
     own = timed['distance'].ms - timed['heading'].ms
     ratio = own / timed['OpenCV'].ms
-    return [
-        table(('heading', 'heading and distance', '`cv2.phaseCorrelate`', 'ratio', 'within 0.65'),
-              [(*(f'{timed[name].ms:.2f} ms' for name in ('heading', 'distance', 'OpenCV')),
-                f'{ratio:.2f}', verdict(ratio, _LIMIT_RATIO))]),
-        disturbance(watched)]
+    yield table(
+        ('heading', 'heading and distance', '`cv2.phaseCorrelate`', 'ratio', 'within 0.65'),
+        [(*(f'{timed[name].ms:.2f} ms' for name in ('heading', 'distance', 'OpenCV')),
+          f'{ratio:.2f}', verdict(ratio, _LIMIT_RATIO))])
+    yield disturbance(watched)
+
+
+PARTS: dict[str, Callable[[], Iterator[Row | str]]] = {
+    'real': real, 'other': other, 'breaks': breaks,
+    **{f'along-{sequence}': partial(along, sequence) for sequence in drives.SEQUENCES},
+    'time': time_per_frame}
 
 
 def _nees(
-    found: np.ndarray, covariances: list[np.ndarray], true: np.ndarray, askew: float,
+    found: np.ndarray, covariances: np.ndarray, true: np.ndarray, askew: float,
 ) -> list[float]:
     """Return the normalised squared errors from 20 m on; ``askew`` is the camera's yaw in rad."""
     way = way_along(true[:, :2])
@@ -310,7 +299,7 @@ def _cells(row: Row, limits: tuple[float | None, ...]) -> tuple[str, ...]:
         row.name, str(row.frames), f'{row.metres:.0f}', f'{100 * row.distance:+.1f} %',
         '' if row.t_rel is None else f'{100 * row.t_rel:.1f} %', f'{100 * row.path:.1f} %',
         _inside(row.nees) if row.nees else '', states,
-        ('yes' if all(met) else '**no**') if met else '')
+        all_met(*met) if met else '')
 
 
 def _inside(nees: list[float]) -> str:
@@ -318,8 +307,12 @@ def _inside(nees: list[float]) -> str:
     return f'{100 * np.mean((values > _BAND[0]) & (values < _BAND[1])):.0f} %'
 
 
-def _file(part: str):
+def _file(part: str) -> Path:
     return _KEPT / f'{part}.json'
+
+
+def _kept(part: str) -> list[Any]:
+    return json.loads(_file(part).read_text(encoding='utf-8'))
 
 
 if __name__ == '__main__':

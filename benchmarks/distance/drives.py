@@ -7,10 +7,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from benchmarks.heading.drives import Frame, real_rides, Ride, streamed
-from benchmarks.shared.clips import kitti_root
+from benchmarks.heading.drives import Frame, Ride, streamed
+from benchmarks.shared.clips import at_axle, KITTI_LEVER_M, kitti_poses
 import cv2
 import numpy as np
+from phase_traj_ros.core import Odometry
 from phase_traj_ros.synthetic import (
     Camera,
     KITTI_CAMERA,
@@ -43,16 +44,15 @@ CAMERAS = {
 BLOCK = [Straight(4), Turn(90, 4, 5), Straight(3), Turn(-90, 3, 5), Straight(4)]
 
 
-def along_kitti(sequence: str, frames: int | None = None) -> Ride:
+def along_kitti(sequence: str) -> Ride:
     """
     Return the drive along a whole KITTI sequence, streamed.
 
     The rendered road is flat, so the camera has the real pitch and roll relative to the road: the
     angles of the poses minus the slope of the path and the roll, both over about 10 m.
     """
-    root = kitti_root()
-    assert root is not None
-    matrices = np.loadtxt(root / 'poses' / f'{sequence}.txt')[:frames]
+    matrices = kitti_poses(sequence)
+    assert matrices is not None
     poses = poses_from_kitti(matrices)
     height = -matrices.reshape(-1, 3, 4)[:, 1, 3]
     way = way_along(poses[:, :2])
@@ -85,14 +85,32 @@ def block(camera: str = '1241×376, 82°, 10 Hz') -> Ride:
     return replace(_planned('block', BLOCK, 9.0, lens, rate_hz), name=f'block, {camera}')
 
 
-def real(name: str) -> Ride:
-    """Return a real clip or its mirror by name."""
-    return next(ride for ride in real_rides() if ride.name == name)
+class FoundPath:
+    """The poses x, y, yaw that an estimator finds, and their covariances, from the start on."""
+
+    def __init__(self) -> None:
+        self._poses = [(0.0, 0.0, 0.0)]
+        self._covariances = [np.zeros((3, 3))]
+
+    def add(self, odometry: Odometry | None) -> None:
+        """Add the pose at the next frame; where there is none, its covariance is NaN."""
+        if odometry is None:
+            self._poses.append(self._poses[-1])
+            self._covariances.append(np.full((3, 3), np.nan))
+        else:
+            pose = odometry.pose
+            self._poses.append((pose.x, pose.y, pose.yaw))
+            self._covariances.append(np.array(odometry.covariance))
+
+    def arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the poses, (N, 3), and the covariances, (N, 3, 3)."""
+        return np.array(self._poses), np.array(self._covariances)
 
 
-def real_names() -> list[str]:
-    """Return the names of the available real clips."""
-    return [ride.name for ride in real_rides()]
+def true_path(ride: Ride) -> np.ndarray:
+    """Return x, y and yaw of the rear axle, (N, 3), of which a measured path is."""
+    path = np.column_stack([ride.places, ride.yaw])
+    return at_axle(path, KITTI_LEVER_M) if 'KITTI' in ride.name else path
 
 
 def lorry(frame: Frame) -> Frame:

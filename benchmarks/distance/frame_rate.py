@@ -3,10 +3,9 @@
 """
 The same drives at other frame rates and speeds, with repeated and lost frames, and jitter.
 
-Writes docs/measurements/frame_rate.md. ``--quick`` measures a few of them, ``--only TEXT`` those
-whose name contains the text (again); neither writes the page. Results are kept in out/frame_rate,
-so a stopped run continues; ``--again`` measures all of them anew, ``--page`` writes the page from
-those that are there.
+Writes docs/measurements/frame_rate.md. Results are kept in out/frame_rate, so a stopped run
+continues, and a complete one only writes the page. ``--only TEXT`` measures those whose name
+contains the text (again), and writes no page; ``--again`` measures all of them anew.
 """
 
 from __future__ import annotations
@@ -20,9 +19,10 @@ from pathlib import Path
 import re
 import time
 
-from benchmarks.distance.frame_rate_drives import DRIVES, FILMED, Filmed, Material, QUICK
+from benchmarks.distance.drives import FoundPath
+from benchmarks.distance.frame_rate_drives import DRIVES, FILMED, Filmed, Material
 from benchmarks.shared.clips import at_axle, KITTI_LEVER_M, model_of
-from benchmarks.shared.report import machine, paragraphs, ROOT, table
+from benchmarks.shared.report import all_met, machine, paragraphs, ROOT, table, write_page
 from benchmarks.shared.timing import prepare
 import cv2
 import numpy as np
@@ -32,7 +32,6 @@ from phase_traj_ros.core.heading.turns import find_turns
 from phase_traj_ros.synthetic import Drive
 from phase_traj_ros.tasks.evaluation.scores import way_along
 
-_DOCUMENT = ROOT / 'docs' / 'measurements' / 'frame_rate.md'
 _KEPT = ROOT / 'out' / 'frame_rate'
 _MOST_DISTANCE, _MOST_HEADING_DEG, _MOST_DRIFT = 0.015, 0.5, 0.25
 # Two-sided 95 % of a chi-square distribution with three degrees of freedom; errors of the height,
@@ -104,23 +103,17 @@ class Row:
 def main() -> None:
     """Measure what was asked for, and write the page if that is all."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--quick', action='store_true')
     parser.add_argument('--only', metavar='TEXT')
     parser.add_argument('--again', action='store_true')
-    parser.add_argument('--page', action='store_true')
     chosen = parser.parse_args()
     prepare()
     cv2.setRNGSeed(0)
-    whole = not chosen.quick and chosen.only is None
     rows = []
     for drive in DRIVES:
-        asked = [filmed for filmed in FILMED
-                 if (not chosen.quick or f'{drive}: {filmed}' in QUICK)
-                 and (chosen.only or '') in f'{drive}: {filmed}'
-                 and (not chosen.page or _file(drive, filmed).exists())]
-        rows += measured(drive, asked, again=chosen.again or not whole)
-    if whole:
-        _DOCUMENT.write_text('\n\n'.join(page(rows)) + '\n', encoding='utf-8')
+        asked = [filmed for filmed in FILMED if (chosen.only or '') in f'{drive}: {filmed}']
+        rows += measured(drive, asked, again=chosen.again or chosen.only is not None)
+    if chosen.only is None:
+        write_page('frame_rate', page(rows))
     else:
         print(_table(rows, 'name'))
         print('processor time per frame:', ', '.join(f'{row.ms:.1f} ms' for row in rows))
@@ -153,8 +146,7 @@ def follow(material: Material, name: str) -> Row:
     estimator = TrajectoryEstimator(EstimatorSettings(
         lens=Lens(camera=model_of(drive.camera)), code_source=CodeSource.AUTO,
         camera_height=above, camera_height_deviation=_HEIGHT))
-    poses, covariances, codes, seconds = [(0.0, 0.0, 0.0)], [np.zeros((3, 3))], '', 0.0
-    heading = [0.0]
+    path, codes, heading, seconds = FoundPath(), '', [0.0], 0.0
     for frame, stamp_ns in zip(material.frames(filmed), filmed.stamps_ns.tolist()):
         began = time.process_time()
         update = estimator.update(frame, stamp_ns)
@@ -164,17 +156,13 @@ def follow(material: Material, name: str) -> Row:
         assert update.heading is not None
         codes += {0: 'L', 2: 'R'}.get(int(update.step.movement), '')
         heading.append(update.heading.heading)
-        known = update.odometry is not None
-        poses.append((update.odometry.pose.x, update.odometry.pose.y, update.odometry.pose.yaw)
-                     if known else poses[-1])
-        covariances.append(
-            np.array(update.odometry.covariance) if known else np.full((3, 3), np.nan))
+        path.add(update.odometry)
     assert estimator.heading is not None
     turns = sorted(
         [*estimator.turns, *estimator.heading.finish()], key=lambda turn: turn.start_frame)
     true = drive.poses[filmed.exposures][:, :3]
     yaw = np.unwrap(true[:, 2]) - true[0, 2]
-    metres = float(np.hypot(*np.diff(true[:, :2], axis=0).T).sum())
+    metres = float(way_along(true[:, :2])[-1])
     found = estimator.reliability.of_drive
     lasted = max(found.end_ns - found.start_ns, 1)
     doubted = sum(span.end_ns - span.start_ns for span in found.spans) / lasted
@@ -184,8 +172,7 @@ def follow(material: Material, name: str) -> Row:
         float(np.degrees(np.abs(np.array(heading) - yaw).max())),
         [turn.quarter_turns for turn in turns], codes,
         _quarters(drive),
-        _nees(np.array(poses), np.array(covariances),
-              at_axle(true, KITTI_LEVER_M) if along_kitti else true, above,
+        _nees(*path.arrays(), at_axle(true, KITTI_LEVER_M) if along_kitti else true, above,
               mounted=0.0 if along_kitti else _MOUNTED),
         list(found.words), min(doubted, 1.0), 1e3 * seconds / len(heading))
 
@@ -254,13 +241,8 @@ def page(rows: list[Row]) -> Iterator[str]:
         that they are in doubt. Of all poses, {_inside(rows)} lie within the band. The errors of
         {_below(rows)} are smaller than that, as the variances are those of real drives.
         """)
-    missing = len(DRIVES) * len(FILMED) - len(rows)
-    if missing:
-        yield f'Not measured: {missing} of the {len(DRIVES) * len(FILMED)}.'
     for drive in DRIVES:
         those = [row for row in rows if row.drive == drive]
-        if not those:
-            continue
         yield f'## {drive[0].upper()}{drive[1:]}'
         yield paragraphs(f"""
             {those[0].metres:.0f} m, quarter turns: {_signed(those[0].right)}; of the poses,
@@ -277,15 +259,13 @@ def _table(rows: list[Row], first: str = 'filmed') -> str:
         [(getattr(row, first), f'{100 * row.distance:+.1f} %', f'{row.heading_deg:.2f}°',
           _signed(row.turns), row.codes or '–', _inside([row]),
           f'{100 * row.doubted:.0f} % {" ".join(f"`{word}`" for word in row.words)}'.strip(),
-          'yes' if row.within else '**no**') for row in rows])
+          all_met(row.within)) for row in rows])
 
 
 def _times(rows: list[Row]) -> str:
     ms = {row.filmed: row.ms for row in rows}
-    if '10 Hz' not in ms:
-        return ''
-    shares = [f'{ms[rate] / ms["10 Hz"]:.2f} at {rate}'
-              for rate in ('30 Hz', '60 Hz', '120 Hz') if rate in ms]
+    shares = [
+        f'{ms[rate] / ms["10 Hz"]:.2f} at {rate}' for rate in ('30 Hz', '60 Hz', '120 Hz')]
     return f'Processor time of a frame, beside that at 10 Hz: {", ".join(shares)}.'
 
 

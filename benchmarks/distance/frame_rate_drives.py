@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 import zlib
 
-from benchmarks.shared.clips import kitti_root
+from benchmarks.shared.clips import kitti_poses, on_disk
 import numpy as np
 from phase_traj_ros.synthetic import (
     Camera,
@@ -94,10 +94,10 @@ def _planned(
 
 def _along_kitti() -> Drive:
     """Return the first 15 s of sequence 00 as driven, at a steady rotation between its poses."""
-    root = kitti_root()
-    if root is None:
+    matrices = kitti_poses('00')
+    if matrices is None:
         raise SystemExit('the drive along KITTI 00 needs its poses: set PHASE_TRAJ_KITTI')
-    poses = poses_from_kitti(np.loadtxt(root / 'poses' / '00.txt'))[:151, :3]
+    poses = poses_from_kitti(matrices)[:151, :3]
     times = np.arange(15 * BASE_HZ + 1) / BASE_HZ
     between = [np.interp(times, np.arange(len(poses)) / 10.0, column) for column in poses.T]
     return pose_drive('', np.stack(between, axis=1), rate_hz=BASE_HZ, seed=1)
@@ -115,10 +115,6 @@ DRIVES: dict[str, Callable[[], Drive]] = {
         7.0),
     'along KITTI 00': _along_kitti,
 }
-#: What is enough to see a change.
-QUICK = (
-    'block, 9 m/s: 10 Hz', 'block, 9 m/s: 60 Hz', 'block, 9 m/s: 30 Hz, doubled',
-    'walk, 1.4 m/s: 60 Hz', 'motorway, 35 m/s: 30 Hz')
 
 
 class Material:
@@ -132,18 +128,14 @@ class Material:
         self.drive = replace(drive, name=name, poses=poses)
         camera = drive.camera
         key = zlib.crc32(poses.tobytes() + repr(camera).encode())
-        file = folder / f'{key:08x}.npy'
-        shape = (len(drive), camera.height, camera.width)
-        if not file.exists():
-            folder.mkdir(parents=True, exist_ok=True)
-            part = file.with_suffix('.part')
-            kept = np.lib.format.open_memmap(part, 'w+', np.uint8, shape)
-            for number, frame in enumerate(render_drive(self.drive)):
-                noise = np.random.default_rng(number).normal(0.0, _NOISE, frame.shape)
-                kept[number] = np.clip(np.rint(frame + noise), 0, 255)
-            kept.flush()
-            part.replace(file)
-        self._kept = np.load(file, mmap_mode='r')
+        self._kept = on_disk(
+            folder / f'{key:08x}.npy', (len(drive), camera.height, camera.width),
+            self._exposures())
+
+    def _exposures(self) -> Iterator[np.ndarray]:
+        for number, frame in enumerate(render_drive(self.drive)):
+            noise = np.random.default_rng(number).normal(0.0, _NOISE, frame.shape)
+            yield np.clip(np.rint(frame + noise), 0, 255)
 
     def frames(self, filmed: Filmed) -> Iterator[np.ndarray]:
         """Yield the frames, (H, W) uint8."""

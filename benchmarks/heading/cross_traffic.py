@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 import math
 
-from benchmarks.shared.report import paragraphs, ROOT, table, versions
+from benchmarks.shared.report import paragraphs, table, versions, write_page
 import cv2
 import numpy as np
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
@@ -26,7 +26,6 @@ _DRIVING_S, _STANDING_S, _TURNING_S = 3.0, 14.0, 5.0
 _LORRIES = 24
 _NOISE = 1.5
 _WRONG_DEG = 2.0
-_DOCUMENT = ROOT / 'docs' / 'measurements' / 'cross_traffic.md'
 
 _INTRODUCTION = """
     This page shows what lorries that cross close in front of a standing vehicle do to the heading.
@@ -144,7 +143,7 @@ def page() -> Iterator[str]:
 def main() -> None:
     """Measure, and write the page."""
     cv2.setNumThreads(1)
-    _DOCUMENT.write_text('\n\n'.join(page()) + '\n', encoding='utf-8')
+    write_page('cross_traffic', page())
 
 
 if __name__ == '__main__':

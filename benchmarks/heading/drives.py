@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from benchmarks.shared.clips import kitti, kitti_root
+from benchmarks.shared.clips import kitti, kitti_poses
 import cv2
 import numpy as np
 from phase_traj_ros.synthetic import (
@@ -120,14 +120,9 @@ def named(name: str) -> Ride:
 
 def full_rides() -> list[Ride]:
     """Return the drives along whole KITTI sequences, with their pitch and roll, streamed."""
-    root = kitti_root()
-    if root is None:
-        return []
-    rides = []
-    for sequence in FULL:
-        poses = poses_from_kitti(np.loadtxt(root / 'poses' / f'{sequence}.txt'))
-        rides.append(streamed(pose_drive(f'along KITTI {sequence}', poses, seed=1)))
-    return rides
+    return [
+        streamed(pose_drive(f'along KITTI {sequence}', poses_from_kitti(matrices), seed=1))
+        for sequence in FULL if (matrices := kitti_poses(sequence)) is not None]
 
 
 def streamed(drive: Drive) -> Ride:

@@ -27,7 +27,15 @@ from benchmarks.heading.drives import (
 )
 from benchmarks.heading.follow import follow, Follower, Result, true_codes, truth_of
 from benchmarks.shared.peers import Klt
-from benchmarks.shared.report import disturbance, machine, paragraphs, ROOT, table, verdict
+from benchmarks.shared.report import (
+    all_met,
+    disturbance,
+    machine,
+    paragraphs,
+    table,
+    verdict,
+    write_page,
+)
 from benchmarks.shared.timing import bystanders, prepare, ratios, take_turns
 import cv2
 import numpy as np
@@ -40,7 +48,6 @@ from phase_traj_ros.core.camera.tuning import CameraTuning, TUNING
 from phase_traj_ros.core.heading.turns import find_turns
 from phase_traj_ros.tasks.evaluation.scores import heading_error
 
-_DOCUMENT = ROOT / 'docs' / 'measurements' / 'heading.md'
 _KITTI = '1241×376, 82°, 10 Hz'
 _LIMIT_END, _LIMIT_MAX, _LIMIT_RATIO, _LIMIT_RMS, _LIMIT_FAR = 1.0, 4.0, 0.16, 2.0, 1.5
 
@@ -118,7 +125,7 @@ def main(arguments: Sequence[str]) -> None:
         print(part, end='\n\n', flush=True)
         parts.append(part)
     if not quick:
-        _DOCUMENT.write_text('\n\n'.join(parts) + '\n', encoding='utf-8')
+        write_page('heading', parts)
 
 
 def sections(*, full: bool) -> Iterator[str]:
@@ -176,7 +183,7 @@ def _against_features(ride: Ride) -> tuple[object, ...]:
         ride.name, result.found, f'{error.end:+.2f}', f'{error.max:.2f}',
         f'{error.per_frame_rms:.3f}', f'{features:.3f}', f'{timed["ours"].ms:.2f}',
         f'{timed["features"].ms:.1f}', f'{ratio:.3f}',
-        _all(
+        all_met(
             result.score.precision == result.score.recall == 1.0,
             abs(error.end) <= _LIMIT_END, error.max <= _LIMIT_MAX,
             error.per_frame_rms <= _LIMIT_RMS * features, ratio <= _LIMIT_RATIO))
@@ -190,7 +197,7 @@ def alternatives(real: Sequence[Ride]) -> str:
     whole = replace(TUNING, above_deg=60.0, below_deg=60.0, usual_px_per_rad=math.inf)
     upper = replace(whole, below_deg=3.0)
     ways: dict[str, Callable[[Ride], np.ndarray]] = {
-        'whole frame, no cylinder': lambda ride: _flat(ride),
+        'whole frame, no cylinder': _flat,
         'cylinder, whole frame': lambda ride: _shift(ride, whole, Window.SQRT_HANN),
         'cylinder, down to 3° below the horizon': lambda ride: _shift(
             ride, upper, Window.SQRT_HANN),
@@ -262,7 +269,7 @@ def wrong_fields_of_view(real: Sequence[Ride]) -> str:
         rows.append((
             f'{ride.name}, {ride.camera.width} px', _codes(right),
             *(_codes(result) for result in wrong),
-            _all(*(result.codes == right.codes for result in wrong))))
+            all_met(*(result.codes == right.codes for result in wrong))))
     return table(('drive', 'codes', '−10 %', '+10 %', 'unchanged'), rows)
 
 
@@ -278,12 +285,12 @@ def full_length(rides: Sequence[Ride]) -> Iterator[str]:
             ride.name, len(right.headings), right.found, f'{error.per_100m:.2f}',
             verdict(error.per_100m, _LIMIT_FAR), f'{error.end:+.1f}', f'{error.max:.1f}',
             f'{error.per_frame_rms:.3f}', right.bridged,
-            _all(right.codes == true_codes(ride)),
-            ', '.join(_all(result.codes == right.codes) for result in wrong),
+            all_met(right.codes == true_codes(ride)),
+            ', '.join(all_met(result.codes == right.codes) for result in wrong),
             ', '.join(
-                _all(true_codes(ride, ride.camera.focal / focal) == true_codes(ride))
+                all_met(true_codes(ride, ride.camera.focal / focal) == true_codes(ride))
                 for focal in focals),
-            ', '.join(_all(_quarters(result) == _quarters(right)) for result in wrong)))
+            ', '.join(all_met(_quarters(result) == _quarters(right)) for result in wrong)))
         print(rows[-1], file=sys.stderr, flush=True)
     frames = sum(row[1] for row in rows)
     yield table(
@@ -334,10 +341,6 @@ def _quarters(result: Result) -> list[int]:
 
 def _codes(result: Result) -> str:
     return ' '.join(map(str, result.codes)) or '–'
-
-
-def _all(*facts: bool) -> str:
-    return 'yes' if all(facts) else '**no**'
 
 
 def _rms(values: np.ndarray) -> float:

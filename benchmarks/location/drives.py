@@ -12,7 +12,7 @@ import math
 import os
 from pathlib import Path
 
-from benchmarks.shared.clips import kitti_root
+from benchmarks.shared.clips import kitti_poses
 import numpy as np
 import osmium
 from phase_traj_ros.core import LinkCode, OdometryStep, RoadMap
@@ -112,9 +112,9 @@ def without_driven(truth: np.ndarray) -> RoadMap:
 @cache
 def true_poses(sequence: str) -> np.ndarray:
     """Return the poses of a sequence: x, y and yaw, (N, 3), in the axes of its first frame."""
-    root = kitti_root()
-    assert root is not None
-    return poses_from_kitti(np.loadtxt(root / 'poses' / f'{sequence}.txt'))[:, :3]
+    matrices = kitti_poses(sequence)
+    assert matrices is not None
+    return poses_from_kitti(matrices)[:, :3]
 
 
 def way_of(poses: np.ndarray) -> np.ndarray:

@@ -20,10 +20,8 @@ from benchmarks.location.drives import OUT
 from benchmarks.location.outcome import Row
 from benchmarks.location.page import page
 from benchmarks.location.parts import PARTS
-from benchmarks.shared.report import disturbance, ROOT
-from benchmarks.shared.timing import bystanders, prepare
-
-_DOCUMENT = ROOT / 'docs' / 'measurements' / 'locate.md'
+from benchmarks.shared.report import write_page
+from benchmarks.shared.timing import prepare
 
 
 def main() -> None:
@@ -37,16 +35,13 @@ def main() -> None:
     prepare()
     for part in [arguments.part] if arguments.part else [] if arguments.page else PARTS:
         if arguments.part or not _file(part).exists():
-            with bystanders() as watched:
-                rows = []
-                for row in PARTS[part](arguments.seeds):
-                    rows.append(asdict(row))
-                    print(row, flush=True)
-                    _file(part).write_text(json.dumps({'rows': rows}))
-            _file(part).write_text(json.dumps(
-                {'rows': rows, 'watched': disturbance(watched)}))
+            rows = []
+            for row in PARTS[part](arguments.seeds):
+                rows.append(asdict(row))
+                print(row, flush=True)
+                _file(part).write_text(json.dumps({'rows': rows}))
     if not arguments.part:
-        _DOCUMENT.write_text('\n\n'.join(page(_rows)) + '\n')
+        write_page('locate', page(_rows))
 
 
 def _file(part: str) -> Path:

@@ -5,7 +5,7 @@ Record this package's own odometry along rendered KITTI sequences, for locate.py
 
 Takes minutes a sequence. ``odometry.py OUTPUT 00 02`` writes OUTPUT/00.npz and so on; what
 exists is kept. ``00-learned`` is sequence 00 with an unknown camera, learned in a first pass as by
-a replay. A file holds a row per pair of frames, and the truth with one row more.
+a replay. A file holds a row per pair of frames.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from phase_traj_ros.parameters import Parameters
 _HEIGHT, _DEVIATION = 1.65, 0.04
 
 
-def record(sequence: str, file: Path, frames: int | None = None) -> None:
+def record(sequence: str, file: Path) -> None:
     """Follow the drive along a sequence with the height of its camera 4 % wrong (1 sigma)."""
     number, _, camera = sequence.partition('-')
-    ride = drives.along_kitti(number, frames)
+    ride = drives.along_kitti(number)
     lens = Lens(camera=model_of(ride.camera)) if not camera else learned_lens(
         map(StampedFrame, ride.frames(), ride.stamps_ns), Parameters(), ride.name)
     if lens is None:
@@ -37,28 +37,21 @@ def record(sequence: str, file: Path, frames: int | None = None) -> None:
         zlib.crc32(ride.name.encode())).normal())
     estimator = TrajectoryEstimator(EstimatorSettings(
         lens=lens, code_source=CodeSource.AUTO, camera_height=height))
-    rows, poses, covariances = [], [(0.0, 0.0, 0.0)], [np.zeros((3, 3))]
+    rows = []
     for frame, stamp_ns in zip(ride.frames(), ride.stamps_ns):
         update = estimator.update(frame, stamp_ns)
         if update is None:
             continue
-        travel, step, odometry = update.travel, update.heading, update.odometry
+        travel, step = update.travel, update.heading
         assert travel is not None and step is not None
         rows.append((
             travel.distance, travel.variance, travel.swing, travel.tilt, travel.scale,
-            step.yaw, step.variance, float(travel.known), float(step.bridged)))
-        if odometry is not None:
-            poses.append((odometry.pose.x, odometry.pose.y, odometry.pose.yaw))
-            covariances.append(np.array(odometry.covariance))
-        else:
-            poses.append(poses[-1])
-            covariances.append(np.full((3, 3), np.nan))
+            step.yaw, step.variance))
         if len(rows) % 500 == 0:
             print(sequence, len(rows), flush=True)
     np.savez_compressed(
-        file, stamps_ns=np.array(ride.stamps_ns[:len(poses)]), rows=np.array(rows),
-        poses=np.array(poses), covariances=np.array(covariances), height=height,
-        truth=np.column_stack([ride.places, ride.yaw])[:len(poses)])
+        file, stamps_ns=np.array(ride.stamps_ns[:len(rows) + 1]), rows=np.array(rows),
+        height=height)
 
 
 def main() -> None:

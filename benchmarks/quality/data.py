@@ -7,8 +7,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from benchmarks.shared.clips import Clip, kitti_clip, kitti_root, mirrored
-from benchmarks.shared.conditions import Condition, CONDITIONS
+from benchmarks.shared.clips import Clip, kitti_clip, kitti_poses, mirrored
+from benchmarks.shared.conditions import Condition, CONDITIONS, each_frame
 import cv2
 import numpy as np
 from phase_traj_ros.synthetic import (
@@ -43,11 +43,10 @@ def _clip_of(drive: Drive) -> Clip:
 
 def _fast_and_winding(sequence: str) -> Iterator[Drive]:
     """Yield the fastest part along true poses, and the one with the most turning."""
-    root = kitti_root()
-    path = root / 'poses' / f'{sequence}.txt' if root else None
-    if path is None or not path.is_file():
+    matrices = kitti_poses(sequence)
+    if matrices is None:
         return
-    poses = poses_from_kitti(np.loadtxt(path))
+    poses = poses_from_kitti(matrices)
     speed = np.hypot(*np.diff(poses[:, :2], axis=0).T)
     turning = np.abs(np.diff(poses[:, 2]))
     for word, score in (('fast', speed), ('winding', turning)):
@@ -239,8 +238,9 @@ def creeping() -> Iterator[Stretch]:
     """Yield rendered drives that stop, creep and continue, under several conditions."""
     conditions = [
         *named('as they are', 'noise, σ = 10', 'noise, σ = 20', 'night, 6 % of the light'),
-        Condition('rain', _rained), Condition('shaking, 0.4 px of 1241', _idled),
-        Condition('only lights are seen', _only_lights)]
+        Condition('rain', each_frame(_streaked, seeded=True)),
+        Condition('shaking, 0.4 px of 1241', each_frame(_shaken, seeded=True, pixels=0.4)),
+        Condition('only lights are seen', each_frame(_only_lights))]
     plan = [Straight(2.0, 6.0), Straight(4.0, 0.0), Straight(4.0, 0.5), Straight(3.0, 1.0),
             Straight(3.0, 2.0), Straight(3.0, 0.0), Straight(2.0, 5.0)]
     for name, (camera, rate) in _CREEPING.items():
@@ -252,27 +252,14 @@ def creeping() -> Iterator[Stretch]:
             yield Stretch(name, condition.name, condition.spoil(clip, 0).frames, moving)
 
 
-def _rained(clip: Clip, seed: int) -> Clip:
-    return replace(clip, frames=[
-        _streaked(frame, (seed, number)) for number, frame in enumerate(clip.frames)])
-
-
 def _streaked(frame: np.ndarray, seed: tuple[int, int]) -> np.ndarray:
     """Return the frame with rain, equally dense for small and large images."""
     return rain(frame, streaks=max(400 * frame.size // (376 * 1241), 1), seed=seed)
 
 
-def _idled(clip: Clip, seed: int) -> Clip:
-    """Add the vibration of an idling engine, half a pixel of KITTI's."""
-    return replace(clip, frames=[
-        _shaken(frame, 0.4, (seed, number)) for number, frame in enumerate(clip.frames)])
-
-
-def _only_lights(clip: Clip, _: int) -> Clip:
+def _only_lights(frame: np.ndarray) -> np.ndarray:
     """Blacken all but the bright parts, like a camera at night, without noise."""
-    return replace(clip, frames=[
-        np.clip((frame.astype(np.int16) - 140) * 2, 0, 255).astype(np.uint8)
-        for frame in clip.frames])
+    return np.clip((frame.astype(np.int16) - 140) * 2, 0, 255).astype(np.uint8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,7 +19,7 @@ from benchmarks.quality import gate, lock, stillness, turns
 from benchmarks.quality.curves import IMAGES, say
 from benchmarks.quality.data import driving
 from benchmarks.shared.clips import Clip
-from benchmarks.shared.report import paragraphs, ROOT, table, versions
+from benchmarks.shared.report import paragraphs, table, versions, write_page
 import cv2
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
@@ -27,7 +27,6 @@ from phase_traj_ros.core.correlation.block_motion import BlockMotion
 from phase_traj_ros.core.correlation.quality import StillnessDetector
 from phase_traj_ros.core.correlation.tuning import TUNING
 
-_DOCUMENT = ROOT / 'docs' / 'measurements' / 'quality.md'
 _FRAMES = 60
 
 Result = TypeVar('Result')
@@ -89,16 +88,14 @@ def main() -> None:
     clips = driving()
     say('clips rendered')
     IMAGES.mkdir(exist_ok=True)
-    text = '\n\n'.join((
+    write_page('quality', (
         '# Quality of the pairs',
         paragraphs(_INTRODUCTION.format(versions=versions())),
         gate.section(gate.measure(clips)),
         stillness.section(stillness.measure(clips)),
         lock.section(lock.measure(clips), lock.measure_passing(clips)),
         turns.section(turns.measure(clips)),
-        cost_section(clips[0]))) + '\n'
-    _DOCUMENT.write_text(text, encoding='utf-8')
-    print(f'\n{text}')
+        cost_section(clips[0])))
 
 
 if __name__ == '__main__':

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 import os
 from pathlib import Path
@@ -63,6 +63,13 @@ def kitti_root() -> Path | None:
     return root if (root / '00' / 'image_0').is_dir() else None
 
 
+def kitti_poses(sequence: str) -> np.ndarray | None:
+    """Return the poses of a whole sequence, (N, 12), or None if they are not available."""
+    root = kitti_root()
+    file = root / 'poses' / f'{sequence}.txt' if root else None
+    return np.loadtxt(file) if file and file.is_file() else None
+
+
 def kitti(sequence: str) -> tuple[Camera, list[StampedFrame], np.ndarray] | None:
     """
     Return a clip of the KITTI odometry benchmark; None if it is not available.
@@ -80,6 +87,19 @@ def kitti(sequence: str) -> tuple[Camera, list[StampedFrame], np.ndarray] | None
         cy=model.cy)
     poses = poses_from_kitti(np.loadtxt(root / sequence / 'poses.txt'))
     return camera, list(source), poses
+
+
+def on_disk(file: Path, shape: tuple[int, int, int], frames: Iterable[np.ndarray]) -> np.ndarray:
+    """Return frames of this shape in all, kept in a file: they are made only if it is missing."""
+    if not file.exists():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        part = file.with_suffix('.part')
+        kept = np.lib.format.open_memmap(part, 'w+', np.uint8, shape)
+        for number, frame in enumerate(frames):
+            kept[number] = frame
+        kept.flush()
+        part.replace(file)
+    return np.load(file, mmap_mode='r')
 
 
 def model_of(camera: Camera) -> CameraModel:

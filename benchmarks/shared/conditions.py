@@ -36,7 +36,7 @@ class Condition:
     """Takes a clip and a seed; returns another clip and leaves the first unchanged."""
 
 
-def _each(
+def each_frame(
     spoil: Callable[..., np.ndarray], *, seeded: bool = False, **options: float,
 ) -> Callable[[Clip, int], Clip]:
     """Return the degradation of a clip that applies ``spoil`` to each frame."""
@@ -80,17 +80,17 @@ def _tilted(frame: np.ndarray, camera: Camera, pitch: float, roll: float) -> np.
 
 CONDITIONS = (
     Condition('as they are', lambda clip, _: clip),
-    *(Condition(f'noise, σ = {sigma}', _each(sensor_noise, seeded=True, sigma=sigma))
+    *(Condition(f'noise, σ = {sigma}', each_frame(sensor_noise, seeded=True, sigma=sigma))
       for sigma in (10, 20, 30, 50)),
-    *(Condition(f'blur, σ = {sigma} px', _each(blur, sigma=sigma)) for sigma in (1.5, 4)),
-    Condition('overexposed, gain 1.8', _each(gain, factor=1.8)),
-    Condition('gain 0.6–1.4 by chance', _each(_flicker, seeded=True)),
+    *(Condition(f'blur, σ = {sigma} px', each_frame(blur, sigma=sigma)) for sigma in (1.5, 4)),
+    Condition('overexposed, gain 1.8', each_frame(gain, factor=1.8)),
+    Condition('gain 0.6–1.4 by chance', each_frame(_flicker, seeded=True)),
     *(Condition(f'night, {100 * exposure:g} % of the light',
-                _each(night, seeded=True, exposure=exposure))
+                each_frame(night, seeded=True, exposure=exposure))
       for exposure in (0.06, 0.02)),
     *(Condition(f'fog, {visibility} m', partial(_fog, visibility=visibility))
       for visibility in (30, 10)),
-    *(Condition(f'rain, {streaks} streaks', _each(rain, seeded=True, streaks=streaks))
+    *(Condition(f'rain, {streaks} streaks', each_frame(rain, seeded=True, streaks=streaks))
       for streaks in (400, 2000)),
     *(Condition(f'vibration, {degrees}°', partial(_vibrate, degrees=degrees))
       for degrees in (0.2, 0.5)),

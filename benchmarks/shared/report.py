@@ -19,6 +19,7 @@ import numpy as np
 _BUSY_CORES = 0.1
 
 ROOT = Path(__file__).resolve().parents[2]
+MEASUREMENTS = ROOT / 'docs' / 'measurements'
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -40,11 +41,21 @@ def paragraphs(text: str) -> str:
         for block in blocks)
 
 
+def write_page(name: str, blocks: Iterable[str]) -> None:
+    """Write docs/measurements/NAME.md from its headings, paragraphs and tables."""
+    path = MEASUREMENTS / f'{name}.md'
+    path.write_text('\n\n'.join(blocks) + '\n', encoding='utf-8')
+    print(f'written to {path}')
+
+
 def verdict(value: float, limit: float | None) -> str:
-    """Return whether a value is within its limit, in a word."""
-    if limit is None:
-        return ''
-    return 'yes' if value <= limit else '**no**'
+    """Return whether a value is within its limit, in a word; nothing without a limit."""
+    return '' if limit is None else all_met(value <= limit)
+
+
+def all_met(*facts: bool) -> str:
+    """Return whether all of these hold, in a word."""
+    return 'yes' if all(facts) else '**no**'
 
 
 def disturbance(watched: Bystanders) -> str:

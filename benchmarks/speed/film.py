@@ -12,6 +12,7 @@ repeated N times, forward.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from dataclasses import dataclass
 import os
 from pathlib import Path
@@ -21,13 +22,12 @@ from tempfile import TemporaryDirectory
 import time
 from typing import Any
 
-from benchmarks.shared.report import disturbance, paragraphs, ROOT, table, versions
+from benchmarks.shared.report import disturbance, paragraphs, ROOT, table, versions, write_page
 from benchmarks.shared.timing import Bystanders, bystanders, Quartiles, unpinned
 import numpy as np
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import sensor_noise
 
-DOCUMENT = ROOT / 'docs' / 'measurements' / 'film.md'
 _RATE = 30
 _CAMERA = Camera.with_field_of_view(1920, 1080, 70)
 _PLAN = [
@@ -158,8 +158,8 @@ def measure(film: Path, rounds: int) -> dict[str, list[Run]]:
     return runs
 
 
-def page(runs: dict[str, list[Run]], frames: int, watched: Bystanders) -> str:
-    """Return the page."""
+def page(runs: dict[str, list[Run]], frames: int, watched: Bystanders) -> Iterator[str]:
+    """Yield the blocks of the page."""
     rounds, rows = len(runs[_YARDSTICK]), []
     for name, (program, _, limit) in CONTESTANTS.items():
         count = _FEW if program is _PEER else frames
@@ -195,8 +195,7 @@ def page(runs: dict[str, list[Run]], frames: int, watched: Bystanders) -> str:
         Written by `benchmarks/speed/film.py` (`make film`) on {os.cpu_count()} cores, with
         {versions()}.
         """)
-    return '\n\n'.join((
-        '# Replay of a film', introduction, table(header, rows), disturbance(watched))) + '\n'
+    yield from ('# Replay of a film', introduction, table(header, rows), disturbance(watched))
 
 
 def main() -> None:
@@ -211,9 +210,7 @@ def main() -> None:
         long, frames = repeated(film.absolute(), chosen.repeat, Path(folder))
         with bystanders() as watched:
             runs = measure(long, chosen.rounds)
-        text = page(runs, frames, watched)
-    DOCUMENT.write_text(text, encoding='utf-8')
-    print(text)
+        write_page('film', page(runs, frames, watched))
 
 
 if __name__ == '__main__':

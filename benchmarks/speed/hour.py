@@ -14,8 +14,8 @@ from __future__ import annotations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from benchmarks.shared.report import paragraphs, ROOT, table
-from benchmarks.speed.film import DOCUMENT, rendered, repeated, REPLAY, run
+from benchmarks.shared.report import MEASUREMENTS, paragraphs, ROOT, table, write_page
+from benchmarks.speed.film import rendered, repeated, REPLAY, run
 from phase_traj_ros.synthetic import Camera
 
 _TITLE = '## An hour'
@@ -49,15 +49,13 @@ def section() -> str:
         """)
     header = ('whole process', 'a minute, MB', 'an hour, MB', 'aim', 'bytes per pair',
               'processor, ms/frame')
-    return f'{_TITLE}\n\n{introduction}\n\n{table(header, rows)}\n'
+    return f'{_TITLE}\n\n{introduction}\n\n{table(header, rows)}'
 
 
 def main() -> None:
     """Run the program."""
-    before = DOCUMENT.read_text(encoding='utf-8').partition(_TITLE)[0].rstrip()
-    text = section()
-    DOCUMENT.write_text(f'{before}\n\n{text}', encoding='utf-8')
-    print(text)
+    film = (MEASUREMENTS / 'film.md').read_text(encoding='utf-8')
+    write_page('film', (film.partition(_TITLE)[0].rstrip(), section()))
 
 
 if __name__ == '__main__':

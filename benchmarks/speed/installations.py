@@ -18,7 +18,7 @@ from typing import Any
 
 from benchmarks.shared.clips import Clip, usual_clips
 from benchmarks.shared.peers import BareTransforms, Heading, OpenCv, Ours
-from benchmarks.shared.report import disturbance, paragraphs, ROOT, table, verdict
+from benchmarks.shared.report import disturbance, MEASUREMENTS, paragraphs, table, verdict
 from benchmarks.shared.timing import bystanders, prepare, take_turns
 import cv2
 import numpy as np
@@ -26,7 +26,7 @@ from phase_traj_ros.core.correlation.transforms import find_transform
 
 WHEELS, SYSTEM = 'wheels', 'system'
 TITLE = "## The distribution's OpenCV"
-_DOCUMENT = ROOT / 'docs' / 'measurements' / 'benchmarks.md'
+_DOCUMENT = MEASUREMENTS / 'benchmarks.md'
 _KEPT = _DOCUMENT.with_suffix('.json')
 _FRAMES, _ROUNDS, _WARM_UP = 40, 120, 5
 _HEADING = 'heading, cylinder and blocks'
@@ -119,7 +119,7 @@ def main() -> None:
     rest = after.partition('\n## ')[2]
     _DOCUMENT.write_text(
         f'{before}{text}\n\n## {rest}' if found else f'{before}\n{text}\n', encoding='utf-8')
-    print(f'written to {_DOCUMENT.relative_to(ROOT)}')
+    print(f'written to {_DOCUMENT}')
 
 
 if __name__ == '__main__':

@@ -64,21 +64,8 @@ AT_A_CAMERAS_RATE = paragraphs(f"""
 
 
 @dataclass(frozen=True, slots=True)
-class Cost:
-    """What a frame costs at a camera's rate, in milliseconds of processor time."""
-
-    name: str
-    node_ms: float
-    """The node's whole process."""
-    alone_ms: float
-    """The estimator by itself."""
-    limit_ms: float | None
-    """What the node may take at most in all, if there is such an aim."""
-
-
-@dataclass(frozen=True, slots=True)
 class Configuration:
-    """A camera and the parameters of the node, with what a frame may cost."""
+    """A camera and the parameters of the node."""
 
     name: str
     clip: str
@@ -88,6 +75,18 @@ class Configuration:
     arguments: Sequence[str]
     """Arguments of the node that give these parameters."""
     limit_ms: float | None
+    """What a frame may take in the node at most, if there is such an aim."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What a frame costs at a camera's rate, in milliseconds of processor time."""
+
+    of: Configuration
+    node_ms: float
+    """The node's whole process."""
+    alone_ms: float
+    """The estimator by itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,7 +257,7 @@ def measure_costs() -> tuple[list[Cost], Bystanders]:
             with bystanders() as watched:
                 alone.append(estimator_ms(each, images))
             seen.append(watched)
-        costs.append(Cost(each.name, median(node), median(alone), each.limit_ms))
+        costs.append(Cost(each, median(node), median(alone)))
     return costs, max(seen, key=lambda each: each.cores or 0.0)
 
 
@@ -279,11 +278,10 @@ def section(runs: list[Run], costs: list[Cost], watched: Bystanders) -> str:
     header = ('frames/s asked', 'sent', 'came back, /s', 'lost', 'node, ms of processor per frame')
     cost_rows = []
     for cost in costs:
-        more = cost.node_ms - cost.alone_ms
+        more, limit = cost.node_ms - cost.alone_ms, cost.of.limit_ms
         cost_rows.append((
-            cost.name, f'{cost.node_ms:.2f}',
-            '' if cost.limit_ms is None else f'{cost.limit_ms:g}',
-            verdict(cost.node_ms, cost.limit_ms), f'{cost.alone_ms:.2f}', f'{more:.2f}',
+            cost.of.name, f'{cost.node_ms:.2f}', '' if limit is None else f'{limit:g}',
+            verdict(cost.node_ms, limit), f'{cost.alone_ms:.2f}', f'{more:.2f}',
             f'{_MORE_MS:g}', verdict(more, _MORE_MS)))
     cost_header = (
         'configuration', 'node, ms', 'at most', 'met', 'alone, ms', 'more, ms', 'at most', 'met')

@@ -23,11 +23,9 @@ INTRODUCTION = paragraphs("""
     """)
 
 OPTIONS = {
-    'all defaults': EstimatorSettings(),
-    'decimation 2': EstimatorSettings(view=View(decimation=2)),
-    'decimation 3': EstimatorSettings(view=View(decimation=3)),
-    'decimation 4': EstimatorSettings(view=View(decimation=4)),
-    '2 threads': EstimatorSettings(),
+    'all defaults': View(),
+    **{f'decimation {factor}': View(decimation=factor) for factor in (2, 3, 4)},
+    '2 threads': View(),
 }
 
 
@@ -39,8 +37,8 @@ def measure() -> dict[str, dict[str, tuple[Timed, np.ndarray, int]]]:
 
 def _measure(clip: Clip) -> dict[str, tuple[Timed, np.ndarray, int]]:
     estimators = {
-        name: TrajectoryEstimator(_with_threshold(settings))
-        for name, settings in OPTIONS.items()}
+        name: TrajectoryEstimator(EstimatorSettings(threshold=_TURN_THRESHOLD, view=view))
+        for name, view in OPTIONS.items()}
 
     def step(name):
         def update(item):
@@ -60,10 +58,6 @@ def _measure(clip: Clip) -> dict[str, tuple[Timed, np.ndarray, int]]:
         turns = sum(each.step.movement in (0, 2) for each in times.results)
         measured[name] = (times, np.abs(yaw - truth), turns)
     return measured
-
-
-def _with_threshold(settings: EstimatorSettings) -> EstimatorSettings:
-    return EstimatorSettings(threshold=_TURN_THRESHOLD, view=settings.view)
 
 
 def section() -> str:

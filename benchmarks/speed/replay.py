@@ -10,7 +10,7 @@ two cores the replay should take little longer than the slower of the others.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +18,7 @@ import tempfile
 
 from benchmarks.shared.clips import Clip, kitti_clip, rendered_clip
 from benchmarks.shared.report import disturbance, paragraphs, table, verdict
-from benchmarks.shared.timing import Bystanders, bystanders, prepare, take_turns, Timed
+from benchmarks.shared.timing import Bystanders, bystanders, prepare, take_turns
 from benchmarks.speed.memory import resident
 import cv2
 import numpy as np
@@ -87,23 +87,13 @@ def measure_folder(clip: Clip, suffix: str) -> Overlap:
             cv2.imwrite(str(folder / f'{number:06}.{suffix}'), frame)
         decoded = list(FolderSource(folder))
 
-        def decode() -> None:
-            for _ in FolderSource(folder):
-                pass
-
-        def correlate() -> None:
-            replay(decoded, _PAPER, source=suffix)
-
-        def both() -> None:
-            replay_source(
-                FolderSource(folder), ReplayRequest(source=folder, parameters=_PAPER))
-
-        steps: dict[str, Callable[[], None]] = {
-            'decode': decode, 'correlate': correlate, 'replay': both}
-        timed = take_turns(
-            {part: lambda _, step=step: step() for part, step in steps.items()},
+        request = ReplayRequest(source=folder, parameters=_PAPER)
+        timed = take_turns({
+            'decode': lambda _: sum(1 for _ in FolderSource(folder)),
+            'correlate': lambda _: len(replay(decoded, _PAPER, source=suffix).updates),
+            'replay': lambda _: len(replay_source(FolderSource(folder), request).updates)},
             range(_ROUNDS + _WARM_UP), warm_up=_WARM_UP)
-    seconds = {part: _wall(each) for part, each in timed.items()}
+    seconds = {part: float(np.median(each.wall)) for part, each in timed.items()}
     return Overlap(suffix.upper(), **seconds)
 
 
@@ -148,10 +138,6 @@ def section(overlaps: list[Overlap], watched: Bystanders, growth: Growth) -> str
         """)
     return (f'## Replay\n\n{INTRODUCTION}\n\n{table(header, rows)}\n\n'
             f'{disturbance(watched)}\n\n{memory}')
-
-
-def _wall(timed: Timed) -> float:
-    return float(np.median(timed.wall))
 
 
 if __name__ == '__main__':

@@ -8,11 +8,9 @@ from collections.abc import Callable
 import sys
 import time
 
-from benchmarks.shared.report import machine, paragraphs, ROOT
+from benchmarks.shared.report import machine, paragraphs, write_page
 from benchmarks.shared.timing import prepare
 from benchmarks.speed import installations, memory, node_throughput, options, replay, sizes, steps
-
-_DOCUMENT = ROOT / 'docs' / 'measurements' / 'benchmarks.md'
 
 INTRODUCTION = paragraphs("""
     This page compares the speed of the package with that of its peers.
@@ -57,8 +55,8 @@ def main() -> None:
         print(f'{name} ...', file=sys.stderr, flush=True)
         parts.append(section())
         print(f'\n{parts[-1]}\n', flush=True)
-    _DOCUMENT.write_text('\n\n'.join(parts) + '\n', encoding='utf-8')
-    print(f'written to {_DOCUMENT.relative_to(ROOT)}, after {time.monotonic() - began:.0f} s')
+    write_page('benchmarks', parts)
+    print(f'after {time.monotonic() - began:.0f} s')
 
 
 if __name__ == '__main__':

@@ -10,7 +10,7 @@ as well.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from benchmarks.shared.clips import Clip, usual_clips
@@ -62,9 +62,7 @@ class Opponent:
     tolerance_px: float | None
     """Tolerance of the median answer relative to ours; None if it gives no answer."""
     limits: tuple[float | None, ...]
-    """Target for the ratio at each of the three sizes; None without a target."""
-    large: bool = True
-    """Whether it is measured at the largest size."""
+    """Target for the ratio at each size that is measured; None without a target."""
 
 
 OPPONENTS = (
@@ -76,16 +74,16 @@ OPPONENTS = (
         tolerance_px=None, limits=(1.4, 1.4, 1.4)),
     Opponent(
         name='scikit-image', make=lambda _: ScikitImage(), rounds=40, tolerance_px=1.0,
-        limits=(0.10, None, None), large=False),
+        limits=(0.10, None)),
     Opponent(
         name='scikit-image, float32', make=lambda _: ScikitImage(dtype=np.float32), rounds=40,
-        tolerance_px=1.0, limits=(None, None, None), large=False),
+        tolerance_px=1.0, limits=(None, None)),
     Opponent(
         name='KLT + essential matrix', make=lambda clip: Klt(clip.camera), rounds=40,
-        tolerance_px=3.0, limits=(0.16, None, None), large=False),
+        tolerance_px=3.0, limits=(0.16, None)),
     Opponent(
         name='ORB + essential matrix', make=lambda clip: Orb(clip.camera), rounds=40,
-        tolerance_px=3.0, limits=(0.12, None, None), large=False),
+        tolerance_px=3.0, limits=(0.12, None)),
 )
 
 
@@ -120,14 +118,6 @@ class Duel:
             for a, b in zip(self.ours.results, self.theirs.results)]))
 
 
-def fights(clips: tuple[Clip, ...]) -> Iterator[tuple[Clip, Opponent, float | None]]:
-    """Yield the comparisons: clip, peer, and target for the ratio."""
-    for index, clip in enumerate(clips):
-        for opponent in OPPONENTS:
-            if opponent.large or clip is not max(clips, key=lambda each: np.prod(each.shape)):
-                yield clip, opponent, opponent.limits[index]
-
-
 def fight(clip: Clip, opponent: Opponent) -> tuple[Timed, Timed]:
     """Let the two alternate once through the clip."""
     cv2.setRNGSeed(0)
@@ -142,9 +132,10 @@ def fight(clip: Clip, opponent: Opponent) -> tuple[Timed, Timed]:
 
 def measure() -> tuple[list[Duel], Bystanders]:
     """Return the results of all comparisons, with checked answers, and the other load."""
-    schedule = list(fights(usual_clips(_FRAMES)))
-    duels = [Duel(clip, opponent, Timed(), Timed(), limit)
-             for clip, opponent, limit in schedule]
+    duels = [
+        Duel(clip, opponent, Timed(), Timed(), opponent.limits[index])
+        for index, clip in enumerate(usual_clips(_FRAMES)) for opponent in OPPONENTS
+        if index < len(opponent.limits)]
     with bystanders() as watched:
         for _ in range(_PASSES):
             for duel in duels:

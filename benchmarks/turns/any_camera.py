@@ -4,8 +4,8 @@
 Correct turns from unknown cameras: 16 cameras with 10 drives each, and real clips.
 
 Renders the drives, which takes most of the time, and keeps their frames in out/any_camera (20 GB
-in total). The complete run takes more than an hour on two cores; --camera and --plan select a
-part. Writes docs/measurements/any_camera.md.
+in total). The complete run takes more than an hour on two cores, and writes
+docs/measurements/any_camera.md; --camera and --plan select a part, of which it only prints.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ import argparse
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import as_completed, ProcessPoolExecutor
 import multiprocessing
-import sys
 
-from benchmarks.shared.report import paragraphs, ROOT, table, versions
+from benchmarks.shared.report import paragraphs, table, versions, write_page
 from benchmarks.turns.any_camera_drives import MOUNTS, PLANS
 from benchmarks.turns.any_camera_runs import (
     Drive,
@@ -32,7 +31,6 @@ from benchmarks.turns.any_camera_runs import (
 import cv2
 import numpy as np
 
-_DOCUMENT = ROOT / 'docs' / 'measurements' / 'any_camera.md'
 _REAL = ('00', '06')
 _LEARNED = (('first', 'after the first turn'), ('third', 'after three'), ('end', 'at the end'))
 _WAYS = {
@@ -51,7 +49,7 @@ _INTRODUCTION = """
     {turning} drives, and the paper's state machine with its best threshold on {paper}.
 
     The drives are rendered (`phase_traj_ros.synthetic`) for {cameras} cameras and {plans} plans of
-    a drive, {drives} drives in all{part}. The cameras differ in size, rate, field of view, lens
+    a drive, {drives} drives in all. The cameras differ in size, rate, field of view, lens
     and mount, and in their position on the vehicle. Clips of the KITTI odometry benchmark, without
     their calibration, add one real camera.
 
@@ -102,7 +100,7 @@ _CLIPS = """
     """
 
 
-def main() -> int:
+def main() -> None:
     """Run the drives and write the document."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--camera', action='append', help='part of the name of a camera')
@@ -116,7 +114,8 @@ def main() -> int:
         for plan in _matching(PLANS, chosen.plan)]
     drives: list[Outcome] = []
     context = multiprocessing.get_context('spawn')
-    with ProcessPoolExecutor(chosen.jobs, mp_context=context, initializer=_alone) as workers:
+    with ProcessPoolExecutor(
+            chosen.jobs, context, initializer=cv2.setNumThreads, initargs=(1,)) as workers:
         clips = [workers.submit(_clips, sequence, go_on=chosen.go_on) for sequence in _REAL]
         for done in as_completed([
                 workers.submit(_drive, *job, go_on=chosen.go_on)
@@ -127,15 +126,12 @@ def main() -> int:
     for outcome in real_ones:
         print(_line(outcome))
     drives.sort(key=lambda each: jobs.index((each.plan, each.camera)))
-    _DOCUMENT.write_text(document(drives, real_ones), encoding='utf-8')
-    print(f'wrote {_DOCUMENT}')
-    return 0
+    if len(drives) == len(MOUNTS) * len(PLANS):
+        write_page('any_camera', document(drives, real_ones))
 
 
-def document(drives: Sequence[Outcome], clips: Sequence[Outcome]) -> str:
-    """Return the document on these results."""
-    cameras, plans = _named(drives, 'camera'), _named(drives, 'plan')
-    missing = _missing(drives)
+def document(drives: Sequence[Outcome], clips: Sequence[Outcome]) -> Iterator[str]:
+    """Yield the blocks of the page on these results."""
     turning = [each for each in drives if each.right]
     straight = [each for each in drives if not each.right]
 
@@ -146,16 +142,15 @@ def document(drives: Sequence[Outcome], clips: Sequence[Outcome]) -> str:
         '# Any camera',
         _INTRODUCTION.format(
             right=right(turning, 'auto'), turning=len(turning),
-            share=right(turning, 'auto') / max(len(turning), 1), straight=len(straight),
+            share=right(turning, 'auto') / len(turning), straight=len(straight),
             clean=right(straight, 'auto'), live=right(turning, 'one pass'),
             live_clean=right(straight, 'one pass'), heading=right(turning, 'heading'),
             paper=max(right(turning, f'{rate:g}°/s') for rate in THRESHOLDS),
-            cameras=len(cameras), plans=len(plans), drives=len(drives), versions=versions(),
-            part=f' (of {len(MOUNTS)} by {len(PLANS)}; not run: {missing})' if missing else ''),
+            cameras=len(MOUNTS), plans=len(PLANS), drives=len(drives), versions=versions()),
         _TURNS,
-        table(('camera', *plans), (
-            (camera, *(_cell(drives, camera, plan) for plan in plans)) for camera in cameras)),
-        *_reliable(drives), _CAMERA, _targets(drives), _learned(drives, cameras), _COMPARISON,
+        table(('camera', *PLANS), (
+            (camera, *(_cell(drives, camera, plan) for plan in PLANS)) for camera in MOUNTS)),
+        *_reliable(drives), _CAMERA, _targets(drives), _learned(drives), _COMPARISON,
         table(('codes', f'right, of {len(turning)} with turns',
                f'none, of {len(straight)} without'), (
             (words, right(turning, way), right(straight, way)) for way, words in _WAYS.items())),
@@ -167,28 +162,15 @@ def document(drives: Sequence[Outcome], clips: Sequence[Outcome]) -> str:
             ((each.plan, each.camera, each.right or '–', each.orders['auto'] or '–',
               each.orders['one pass'] or '–', _reasons(each), *_focal(each, 'end'))
              for each in clips))]
-    return '\n\n'.join(
-        part if part.startswith(('|', '#')) else paragraphs(part) for part in parts) + '\n'
+    for part in parts:
+        yield part if part.startswith(('|', '#')) else paragraphs(part)
 
 
 def _cell(drives: Iterable[Outcome], camera: str, plan: str) -> str:
-    found = [each for each in drives if (each.camera, each.plan) == (camera, plan)]
-    if not found:
-        return ''
-    two, one = ('yes' if found[0].is_right(way) else f'**{found[0].orders[way] or "none"}**'
+    found = next(each for each in drives if (each.camera, each.plan) == (camera, plan))
+    two, one = ('yes' if found.is_right(way) else f'**{found.orders[way] or "none"}**'
                 for way in ('auto', 'one pass'))
     return two if one == two else f'{two} / {one}'
-
-
-def _missing(drives: Sequence[Outcome]) -> str:
-    """Return in words what there is beside these drives."""
-    run = {(each.camera, each.plan) for each in drives}
-    words = []
-    for camera in MOUNTS:
-        left = [plan for plan in PLANS if (camera, plan) not in run]
-        if left:
-            words.append(camera if len(left) == len(PLANS) else f'{camera}: {", ".join(left)}')
-    return '; '.join(words)
 
 
 def _reliable(drives: Sequence[Outcome]) -> Iterator[str]:
@@ -197,7 +179,7 @@ def _reliable(drives: Sequence[Outcome]) -> Iterator[str]:
     wrong = [each for each in drives if not each.is_right('auto')]
     yield _RELIABLE.format(
         drives=len(drives), reliable=len(drives) - len(doubtful),
-        share=1 - len(doubtful) / max(len(drives), 1), wrong=len(wrong),
+        share=1 - len(doubtful) / len(drives), wrong=len(wrong),
         assured=sum(not each.reasons for each in wrong))
     if doubtful:
         yield table(('camera', 'plan', 'turns', 'reasons'), (
@@ -233,10 +215,10 @@ def _targets(drives: Sequence[Outcome]) -> str:
          'median ±', 'widest ±'), ((words, *shares(name)) for name, words in _LEARNED))
 
 
-def _learned(drives: Sequence[Outcome], cameras: Sequence[str]) -> str:
+def _learned(drives: Sequence[Outcome]) -> str:
     """Return the table of what was learned of each camera."""
     rows = []
-    for camera in cameras:
+    for camera, mount in MOUNTS.items():
         some = [each for each in drives if each.camera == camera]
         cells: list[str] = []
         for name, _ in _LEARNED:
@@ -248,7 +230,6 @@ def _learned(drives: Sequence[Outcome], cameras: Sequence[str]) -> str:
                 f'{covered} of {len(known)}']
         told = [each.tilt for each in some if each.focal.get('end') is not None]
         pitch, roll = np.median(told, axis=0) if told else (0.0, 0.0)
-        mount = MOUNTS[camera]
         rows.append((camera, *cells, f'{pitch:+.1f}° ({mount.pitch_deg:+g}°)',
                      f'{roll:+.1f}° ({mount.roll_deg:+g}°)'))
     header = [word for _, words in _LEARNED for word in (words, 'in the interval')]
@@ -273,14 +254,6 @@ def _line(outcome: Outcome) -> str:
 def _matching(names: Iterable[str], parts: Sequence[str] | None) -> list[str]:
     return [
         name for name in names if not parts or any(part in name for part in parts)]
-
-
-def _named(drives: Iterable[Outcome], what: str) -> list[str]:
-    return list(dict.fromkeys(getattr(each, what) for each in drives))
-
-
-def _alone() -> None:
-    cv2.setNumThreads(1)
 
 
 def _pixels(job: tuple[str, str]) -> float:
@@ -310,4 +283,4 @@ def _outcome(plan: str, camera: str, drive: Callable[[], Drive], *, go_on: bool)
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    main()

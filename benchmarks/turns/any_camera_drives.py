@@ -6,11 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-import re
 
 from benchmarks.heading.drives import bonnet, Frame
 import numpy as np
-from phase_traj_ros.core.heading.turns import find_turns, Turn as FoundTurn
+from phase_traj_ros.core.heading.turns import Turn as FoundTurn
 from phase_traj_ros.synthetic import (
     Camera,
     Drive,
@@ -111,37 +110,13 @@ PLANS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Ride:
-    """A drive as seen by one of the cameras, and its ground truth."""
-
-    name: str
-    mount: Mount
-    drive: Drive
-    turns: tuple[FoundTurn, ...]
-
-    def frames(self) -> Iterator[Frame]:
-        """Yield the frames, (height, width) uint8 each, rendered on demand."""
-        for frame in render_drive(self.drive):
-            yield frame if self.mount.overlay is None else self.mount.overlay(frame.copy())
-
-    def is_right(self, order: str) -> bool:
-        """
-        Return whether codes are correct: L and R for each quarter turn, in the order of time.
-
-        For a turn near the limit between two numbers of quarters, either number is correct.
-        For an unfinished turn at the end, any number is.
-        """
-        return re.fullmatch(self.right_order, order) is not None
-
-    @property
-    def right_order(self) -> str:
-        """Return the right codes as a regular expression."""
-        return right_order(self.turns, frames=len(self.drive))
-
-
 def right_order(turns: Iterable[FoundTurn], *, frames: int) -> str:
-    """Return the right codes of turns of at least 55 degrees, as a regular expression."""
+    """
+    Return the right codes of turns of at least 55 degrees, as a regular expression.
+
+    These are L or R for each quarter turn, in the order of time. For a turn near the limit between
+    two numbers of quarters, either number is right, for an unfinished turn at the end any.
+    """
     expression = ''
     for turn in turns:
         side, quarters = 'L' if turn.angle_deg > 0 else 'R', abs(turn.quarter_turns)
@@ -162,20 +137,17 @@ def ways(poses: np.ndarray, camera: Camera) -> list[float]:
     return [0.0, *(np.cumsum(steps) / camera.above_ground)]
 
 
-def ride(plan: str, mount: str, *, seed: int = 23) -> Ride:
-    """Return the drive of one of the plans as one of the cameras sees it."""
+def ride(plan: str, mount: str) -> tuple[Drive, Iterator[Frame]]:
+    """Return the drive of one of the plans with one of the cameras, and what it sees."""
     sits = MOUNTS[mount]
     drive = plan_drive(
         f'{plan}, {mount}', PLANS[plan], rate_hz=sits.rate_hz, speed=_SPEED, camera=sits.camera,
-        seed=seed)
+        seed=23)
     poses = drive.poses.copy()
     poses[:, 0] += sits.ahead * np.cos(poses[:, 2])
     poses[:, 1] += sits.ahead * np.sin(poses[:, 2])
-    # The least angle that may count, so that those between are among them.
-    turns = find_turns(
-        drive.stamps_ns.tolist(), np.unwrap(poses[:, 2]), ways(poses, sits.camera),
-        min_angle_deg=BETWEEN[0][0])
     poses[:, 2] += np.radians(sits.yaw_deg)
     poses[:, 3:] = np.radians((sits.pitch_deg, sits.roll_deg))
     drive = replace(drive, poses=poses)
-    return Ride(drive.name, sits, drive, tuple(turns))
+    frames = render_drive(drive)
+    return drive, frames if sits.overlay is None else map(sits.overlay, frames)

@@ -12,7 +12,7 @@ from pathlib import Path
 import re
 import time
 
-from benchmarks.shared.clips import kitti
+from benchmarks.shared.clips import kitti, on_disk
 from benchmarks.shared.report import ROOT
 from benchmarks.turns.any_camera_drives import BETWEEN, ride, right_order, ways
 import cv2
@@ -108,28 +108,17 @@ class Outcome:
 
 def rendered(plan: str, camera: str) -> Drive:
     """Return one of the rendered drives; its frames are kept on the disk."""
-    chosen = ride(plan, camera)
-    path = _FOLDER / f'{file_name(plan, camera)}.npy'
-    if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        staged = path.with_suffix('.part.npy')
-        model = chosen.mount.camera
-        kept = np.lib.format.open_memmap(
-            staged, mode='w+', dtype=np.uint8,
-            shape=(len(chosen.drive), model.height, model.width))
-        for number, frame in enumerate(chosen.frames()):
-            kept[number] = frame
-        kept.flush()
-        staged.rename(path)
+    drive, frames = ride(plan, camera)
+    model = drive.camera
+    kept = on_disk(_file(plan, camera, 'npy'), (len(drive), model.height, model.width), frames)
     return Drive(
-        plan, camera, np.load(path, mmap_mode='r'), chosen.drive.stamps_ns.tolist(),
-        np.unwrap(chosen.drive.poses[:, 2]), chosen.mount.camera.focal,
-        ways(chosen.drive.poses, chosen.mount.camera))
+        plan, camera, kept, drive.stamps_ns.tolist(), np.unwrap(drive.poses[:, 2]), model.focal,
+        ways(drive.poses, model))
 
 
 def kept(plan: str, camera: str) -> Outcome | None:
     """Return what an earlier run has kept of a drive, if it has."""
-    path = _FOLDER / f'{file_name(plan, camera)}.json'
+    path = _file(plan, camera, 'json')
     if not path.exists():
         return None
     values = json.loads(path.read_text(encoding='utf-8'))
@@ -143,14 +132,14 @@ def kept(plan: str, camera: str) -> Outcome | None:
 
 def keep(outcome: Outcome) -> None:
     """Store the outcome of a drive for a later run that continues this one."""
-    path = _FOLDER / f'{file_name(outcome.plan, outcome.camera)}.json'
+    path = _file(outcome.plan, outcome.camera, 'json')
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(asdict(outcome), indent=2), encoding='utf-8')
 
 
-def file_name(plan: str, camera: str) -> str:
-    """Return the name of the files of a drive, without suffix."""
-    return re.sub(r'\W+', '_', f'{plan}__{camera}'.replace('°', '').replace('×', 'x'))
+def _file(plan: str, camera: str, suffix: str) -> Path:
+    name = re.sub(r'\W+', '_', f'{plan}__{camera}'.replace('°', '').replace('×', 'x'))
+    return _FOLDER / f'{name}.{suffix}'
 
 
 def score(drive: Drive) -> Outcome:

@@ -22,7 +22,7 @@ from benchmarks.quality.turns import turns
 from benchmarks.shared.clips import Clip, kitti_clip, mirrored
 from benchmarks.shared.conditions import CONDITIONS
 from benchmarks.shared.peers import Heading, Klt, Orb, Ours, Peer
-from benchmarks.shared.report import paragraphs, ROOT, table, versions
+from benchmarks.shared.report import paragraphs, table, versions, write_page
 import cv2
 import numpy as np
 from phase_traj_ros.core import Movement
@@ -31,7 +31,6 @@ from phase_traj_ros.synthetic import Camera, DRIVES, named_drive, render_drive
 _THRESHOLD_PX = 20.0
 _WRONG_DEG = 1.0
 _KITTI = '00'
-_DOCUMENT = ROOT / 'docs' / 'measurements' / 'robustness.md'
 
 METHODS: dict[str, Callable[[Camera], Peer]] = {
     'phase correlation': lambda _: Ours(), 'heading': Heading, 'KLT': Klt, 'ORB': Orb}
@@ -222,8 +221,8 @@ def findings(rows: list[tuple[str, dict[str, Summary]]], clips: int) -> str:
         f' correlation fails on at least one clip under: {lost}.')
 
 
-def document(scores: list[Score]) -> str:
-    """Return docs/measurements/robustness.md."""
+def document(scores: list[Score]) -> tuple[str, ...]:
+    """Return the blocks of the page."""
     rows = list(summaries(scores))
     clips = tuple(dict.fromkeys(each.clip for each in scores))
     cells = [(
@@ -237,7 +236,7 @@ def document(scores: list[Score]) -> str:
         f'pairs off by more than {_WRONG_DEG:g}°, %')
     failures = [f'{each.method} on {each.clip}' for each in scores
                 if each.condition == CONDITIONS[0].name and not each.right]
-    return '\n\n'.join((
+    return (
         '# Robustness',
         paragraphs(_INTRODUCTION.format(
             findings=findings(rows, len(clips)), clips=', '.join(clips),
@@ -254,14 +253,12 @@ def document(scores: list[Score]) -> str:
             - Not right even on the clips as they are: {', '.join(failures) or 'none'}.
             """),
         '## How to read it',
-        paragraphs(_NOTES))) + '\n'
+        paragraphs(_NOTES))
 
 
 def main() -> None:
     """Run the program."""
-    text = document(measure())
-    _DOCUMENT.write_text(text, encoding='utf-8')
-    print(text)
+    write_page('robustness', document(measure()))
 
 
 if __name__ == '__main__':

@@ -6,11 +6,15 @@ A rendered town, drives through it with known turns, and degradations of the ima
 ``render(scene, camera, pose)`` is a pure function; scenes and drives are generated from seeds.
 """
 
-from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA, Pose
+from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA, Pose, poses_from_kitti
 from phase_traj_ros.synthetic.drive.bag import SPEED_TOPIC, TRUTH_TOPIC, write_drive_bag
-from phase_traj_ros.synthetic.drive.drive import Drive, plan_drive, pose_drive, TrueTurn
-from phase_traj_ros.synthetic.drive.frames import render_drive
-from phase_traj_ros.synthetic.drive.kitti import poses_from_kitti
+from phase_traj_ros.synthetic.drive.drive import (
+    Drive,
+    plan_drive,
+    pose_drive,
+    render_drive,
+    TrueTurn,
+)
 from phase_traj_ros.synthetic.drive.named import DRIVES, named_drive, town_drive
 from phase_traj_ros.synthetic.drive.plan import Straight, Turn
 from phase_traj_ros.synthetic.scene.scene import Scene

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight
 from phase_traj_ros.synthetic.scene.ground import Ground
-from phase_traj_ros.synthetic.scene.panels import Panels
+from phase_traj_ros.synthetic.scene.scene import Panels
 import textures
 
 _DENSITY = 10

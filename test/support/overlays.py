@@ -13,7 +13,6 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic.arrays import Bytes, Singles
 
 _BLURRED = 8
@@ -21,7 +20,6 @@ _BLURRED = 8
 
 def black_bars(frame: Bytes, *, sides: float = 0.0, ends: float = 0.0) -> Bytes:
     """Blacken a share ``sides`` of the width at each side, ``ends`` of the height at each end."""
-    _share(sides=sides, ends=ends)
     height, width = frame.shape
     down, across = round(ends * height), round(sides * width)
     barred = np.zeros_like(frame)
@@ -32,7 +30,6 @@ def black_bars(frame: Bytes, *, sides: float = 0.0, ends: float = 0.0) -> Bytes:
 
 def bonnet(frame: Bytes, *, height: float = 0.2, seed: int = 0) -> Bytes:
     """Draw a dented bonnet that hides a share ``height`` of the frame, measured in the middle."""
-    _share(height=height)
     (cover, metal) = _metal(frame.shape, height, seed)
     return _mixed(frame, metal, cover)
 
@@ -71,8 +68,6 @@ def drops(
         Seed of positions, sizes and shades.
 
     """
-    if count < 0 or size <= 0 or softness < 0:
-        raise ParameterError('give a count and a softness of 0 or more, and a size above 0')
     (cover, shade) = _water(frame.shape, count, size, softness, seed)
     height, width = frame.shape
     small = cv2.resize(
@@ -80,12 +75,6 @@ def drops(
         interpolation=cv2.INTER_AREA)
     blurred = cv2.GaussianBlur(small, (0, 0), max(0.03 * width / _BLURRED, 0.5))
     return _mixed(frame, cv2.resize(blurred, (width, height)) + shade, cover)
-
-
-def _share(**values: float) -> None:
-    for (name, value) in values.items():
-        if not 0 <= value < 0.5:
-            raise ParameterError(f'{name} must be a share from 0 to below 0.5, not {value}')
 
 
 def _mixed(frame: Bytes, over: Singles, cover: Singles) -> Bytes:

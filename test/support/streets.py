@@ -8,8 +8,6 @@ import math
 import numpy as np
 from phase_traj_ros.core import MapLocator, OdometryStep, RoadMap
 
-STEP_M = 1.0
-
 
 class Town:
     """A grid of streets whose spacings are all different, with a few streets missing."""

@@ -4,7 +4,6 @@
 
 import numpy as np
 import overlays
-from phase_traj_ros.errors import ParameterError
 import pytest
 
 SHAPE = 120, 320
@@ -42,11 +41,3 @@ def test_more_drops_cover_more():
         (overlays.drops(ONE, count=count, seed=2) != ONE).mean() for count in (0, 40, 200)]
     assert covered[0] == 0.0
     assert covered[1] < 0.3 < covered[2]
-
-
-@pytest.mark.parametrize('wrong', [
-    lambda: overlays.black_bars(ONE, sides=0.5), lambda: overlays.bonnet(ONE, height=-0.1),
-    lambda: overlays.drops(ONE, count=-1), lambda: overlays.drops(ONE, size=0.0)])
-def test_invalid_overlays_are_refused(wrong):
-    with pytest.raises(ParameterError):
-        wrong()

@@ -12,8 +12,7 @@ from typing import Any, TYPE_CHECKING, TypeAlias
 import numpy as np
 from phase_traj_ros.errors import rosbags_missing
 from phase_traj_ros.synthetic.camera import Camera, Pose, quaternion
-from phase_traj_ros.synthetic.drive.drive import Drive
-from phase_traj_ros.synthetic.drive.frames import render_drive
+from phase_traj_ros.synthetic.drive.drive import Drive, render_drive
 from phase_traj_ros.synthetic.scene.scene import Scene
 from phase_traj_ros.topics import camera_info_topic
 
@@ -71,6 +70,7 @@ def write_drive_bag(
                 connection, stamp_ns, store.serialize_cdr(message, connection.msgtype))
 
         info, speed = _camera_info(store.types, drive.camera), _speeds(drive)
+        vector = store.types['geometry_msgs/msg/Vector3']
         for (index, frame) in enumerate(render_drive(drive, scene=scene)):
             (height, width), stamp_ns = frame.shape, int(drive.stamps_ns[index])
             write(infos, stamp_ns, _CAMERA, **info)
@@ -78,7 +78,8 @@ def write_drive_bag(
                   is_bigendian=0, step=width, data=frame.reshape(-1))
             write(truth, stamp_ns, _MAP, pose=_pose(
                 store.types, drive.pose(index), drive.camera.above_ground))
-            write(speeds, stamp_ns, _VEHICLE, twist=_twist(store.types, speed[index]))
+            write(speeds, stamp_ns, _VEHICLE, twist=store.types['geometry_msgs/msg/Twist'](
+                linear=vector(x=speed[index], y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=0.0)))
             if progress is not None:
                 progress()
 
@@ -102,12 +103,6 @@ def _pose(types: _Types, pose: Pose, height: float) -> Any:
     return types['geometry_msgs/msg/Pose'](
         position=types['geometry_msgs/msg/Point'](x=pose.x, y=pose.y, z=height),
         orientation=types['geometry_msgs/msg/Quaternion'](x=x, y=y, z=z, w=w))
-
-
-def _twist(types: _Types, speed: float) -> Any:
-    vector = types['geometry_msgs/msg/Vector3']
-    return types['geometry_msgs/msg/Twist'](
-        linear=vector(x=speed, y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=0.0))
 
 
 def _speeds(drive: Drive) -> list[float]:

@@ -1,26 +1,25 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A drive: a camera, its pose at every frame, the scene, and the ground truth."""
+"""A drive: a camera, its pose at every frame, the scene, the ground truth, and the frames."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.synthetic.arrays import Floats, Ints
+from phase_traj_ros.synthetic.arrays import Bytes, Floats, Ints
 from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA, Pose
-from phase_traj_ros.synthetic.drive.plan import check, drive_plan, duration, Plan, Turn
+from phase_traj_ros.synthetic.degradations import sensor_noise
+from phase_traj_ros.synthetic.drive.plan import borders, check, drive_plan, Plan, Turn
 from phase_traj_ros.synthetic.scene.scene import Scene
-from phase_traj_ros.synthetic.town.ready import (
-    grid_roads,
-    roads_along,
-    scene_along,
-    street_grid,
-)
+from phase_traj_ros.synthetic.town.ready import roads_along, scene_along, street_grid
+from phase_traj_ros.synthetic.town.streets import grid_roads
+from phase_traj_ros.synthetic.view.renderer import render
 
 #: Stamp of the first frame, in nanoseconds: a day in November 2023.
 EPOCH_NS = 1_700_000_000_000_000_000
@@ -29,6 +28,8 @@ EPOCH_NS = 1_700_000_000_000_000_000
 _SAME_STREET = 20.0
 #: If the blocks between the streets of a drive are larger than this, streets are inserted.
 _LARGEST_BLOCK = 110.0
+#: Standard deviation of the noise of the sensor by day, in grey levels.
+_NOISE = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,24 +105,13 @@ def _check_rate(rate_hz: float) -> None:
         raise ParameterError(f'the rate is {rate_hz} frames per second: give a number above 0')
 
 
-def stamps_at(count: int, rate_hz: float) -> Ints:
-    """Return the stamps of ``count`` frames at a steady rate, in nanoseconds."""
-    _check_rate(rate_hz)
-    since: Ints = np.rint(np.arange(count) * (1e9 / rate_hz)).astype(np.int64)
-    return EPOCH_NS + since
-
-
 def _true_turns(plan: Plan, rate_hz: float) -> tuple[TrueTurn, ...]:
-    turns = []
-    begin = 0.0
-    for segment in plan:
-        end = begin + segment.seconds
-        if isinstance(segment, Turn):
-            turns.append(TrueTurn(
-                int(np.floor(begin * rate_hz + 1e-6)), int(np.ceil(end * rate_hz - 1e-6)),
-                segment.angle_deg))
-        begin = end
-    return tuple(turns)
+    return tuple(
+        TrueTurn(
+            int(np.floor(begin * rate_hz + 1e-6)), int(np.ceil(end * rate_hz - 1e-6)),
+            segment.angle_deg)
+        for (segment, (begin, end)) in zip(plan, pairwise(borders(plan)))
+        if isinstance(segment, Turn))
 
 
 def _filled(lines: Sequence[float]) -> list[float]:
@@ -161,18 +151,16 @@ def plan_drive(
     """
     check(plan, speed)
     _check_rate(rate_hz)
-    stamps = stamps_at(int(np.floor(duration(plan) * rate_hz + 1e-6)) + 1, rate_hz)
-    flat = drive_plan(plan, np.arange(len(stamps)) / rate_hz, speed=speed)
-    poses = np.concatenate([flat, np.zeros((len(flat), 2))], axis=1)
-    if all(segment.angle_deg % 90 == 0 for segment in plan):
-        (xs, ys) = _grid_under(poses)
-        build_scene = partial(street_grid, xs, ys, seed=seed, clear_of=poses[:, :2])
-        build_roads = partial(grid_roads, xs, ys)
-    else:
-        build_scene = partial(scene_along, poses[:, :2], seed=seed)
-        build_roads = partial(roads_along, poses[:, :2], seed=seed)
-    return Drive(
-        name, stamps, poses, camera, build_scene, _true_turns(plan, rate_hz), build_roads)
+    count = int(np.floor(borders(plan)[-1] * rate_hz + 1e-6)) + 1
+    drive = pose_drive(
+        name, drive_plan(plan, np.arange(count) / rate_hz, speed=speed), rate_hz=rate_hz,
+        camera=camera, seed=seed, turns=_true_turns(plan, rate_hz))
+    if any(segment.angle_deg % 90 for segment in plan):
+        return drive
+    (xs, ys) = _grid_under(drive.poses)
+    return replace(
+        drive, build_roads=partial(grid_roads, xs, ys),
+        build_scene=partial(street_grid, xs, ys, seed=seed, clear_of=drive.poses[:, :2]))
 
 
 def pose_drive(
@@ -188,9 +176,25 @@ def pose_drive(
     if given.ndim != 2 or given.shape[1] not in (3, 5) or not len(given):
         raise ParameterError(
             f'poses must be (N, 3) or (N, 5) with N of at least 1, not of shape {given.shape}')
+    _check_rate(rate_hz)
+    stamps_ns = EPOCH_NS + np.rint(np.arange(len(given)) * (1e9 / rate_hz)).astype(np.int64)
     full = np.zeros((len(given), 5))
     full[:, :given.shape[1]] = given
     return Drive(
-        name, stamps_at(len(full), rate_hz), full, camera,
+        name, stamps_ns, full, camera,
         partial(scene_along, full[:, :2], seed=seed), turns,
         partial(roads_along, full[:, :2], seed=seed))
+
+
+def render_drive(drive: Drive, *, scene: Scene | None = None) -> Iterator[Bytes]:
+    """
+    Yield the frames of a drive in order, each (height, width) uint8, with the sensor's noise.
+
+    The noise has a standard deviation of one grey level: a camera that stands gives no picture
+    twice. Each frame is rendered on demand, so a drive may have any length. ``scene`` is the scene
+    of the drive, if it has been built already.
+    """
+    seen = drive.build_scene() if scene is None else scene
+    for frame in range(len(drive)):
+        picture = render(seen, drive.camera, drive.pose(frame))
+        yield sensor_noise(picture, sigma=_NOISE, seed=frame)

@@ -5,11 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic.camera import Camera
 from phase_traj_ros.synthetic.drive.drive import Drive, plan_drive
-from phase_traj_ros.synthetic.drive.plan import Straight, Turn
+from phase_traj_ros.synthetic.drive.plan import Plan, Straight, Turn
 
 #: Speed on straights and in turns, in metres per second.
 _SPEED = 8.0
@@ -18,27 +19,6 @@ _TURNING = 4.5
 
 def _turn(angle_deg: float) -> Turn:
     return Turn(angle_deg, 3.0, _TURNING)
-
-
-def demo() -> Drive:
-    """Return 201 frames: left, right, left."""
-    return plan_drive('demo', [
-        Straight(3.0), _turn(90), Straight(3.2), _turn(-90), Straight(2.6), _turn(90),
-        Straight(2.2)], speed=_SPEED, seed=1)
-
-
-def paper_case_1() -> Drive:
-    """Return the paper's first case study: 241 frames, right, right."""
-    return plan_drive('paper_case_1', [
-        Straight(2.3), _turn(-90), Straight(4.9), _turn(-90), Straight(10.8)],
-        speed=_SPEED, seed=2)
-
-
-def paper_case_2() -> Drive:
-    """Return the paper's second case study: 200 frames, left, right, right."""
-    return plan_drive('paper_case_2', [
-        Straight(2.2), _turn(90), Straight(4.2), _turn(-90), Straight(2.5), _turn(-90),
-        Straight(2.0)], speed=_SPEED, seed=3)
 
 
 def town_drive() -> Drive:
@@ -53,9 +33,22 @@ def town_drive() -> Drive:
         camera=Camera.with_field_of_view(620, 188, 82.0))
 
 
+_PLANS: dict[str, Plan] = {
+    # 201 frames: left, right, left.
+    'demo': [
+        Straight(3.0), _turn(90), Straight(3.2), _turn(-90), Straight(2.6), _turn(90),
+        Straight(2.2)],
+    # The paper's first case study: 241 frames, right, right.
+    'paper_case_1': [Straight(2.3), _turn(-90), Straight(4.9), _turn(-90), Straight(10.8)],
+    # The paper's second case study: 200 frames, left, right, right.
+    'paper_case_2': [
+        Straight(2.2), _turn(90), Straight(4.2), _turn(-90), Straight(2.5), _turn(-90),
+        Straight(2.0)],
+}
 #: Functions that make the drives, by name.
 DRIVES: dict[str, Callable[[], Drive]] = {
-    'demo': demo, 'paper_case_1': paper_case_1, 'paper_case_2': paper_case_2}
+    name: partial(plan_drive, name, plan, speed=_SPEED, seed=seed)
+    for (seed, (name, plan)) in enumerate(_PLANS.items(), 1)}
 
 
 def named_drive(name: str) -> Drive:

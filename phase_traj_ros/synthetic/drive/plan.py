@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate, pairwise
 import math
 from typing import TypeAlias
 
@@ -47,9 +48,9 @@ class Turn:
 Plan: TypeAlias = Sequence[Straight | Turn]
 
 
-def duration(plan: Plan) -> float:
-    """Return the duration of a plan, in seconds."""
-    return math.fsum(segment.seconds for segment in plan)
+def borders(plan: Plan) -> list[float]:
+    """Return the times in seconds at which segments begin, and at last the end of the plan."""
+    return list(accumulate((segment.seconds for segment in plan), initial=0.0))
 
 
 def check(plan: Plan, speed: float) -> None:
@@ -84,9 +85,8 @@ def _speeds(plan: Plan, speed: float) -> tuple[list[float], list[float]]:
     """Return times and speeds, linear in between: brake before a segment, accelerate after it."""
     wanted = [speed if segment.speed is None else segment.speed for segment in plan]
     (times, speeds) = ([0.0], [wanted[0]])
-    start = 0.0
-    for (before, after, old, new) in zip(plan, plan[1:], wanted, wanted[1:]):
-        start += before.seconds
+    for (start, (before, after), (old, new)) in zip(
+            borders(plan)[1:], pairwise(plan), pairwise(wanted)):
         if new < old:
             (begin, end) = (start - min(_SPEED_CHANGE, before.seconds / 2), start)
         else:
@@ -106,7 +106,6 @@ def drive_plan(plan: Plan, times: Floats, *, speed: float) -> Floats:
     ``speed`` in m/s applies to segments without a speed. The vehicle brakes before a slower
     segment and accelerates after it.
     """
-    starts = np.concatenate([[0.0], np.cumsum([segment.seconds for segment in plan])])
     # The midpoints of short steps, and their ends.
     count = max(math.ceil(max(float(times[-1]), 0.0) / _STEP), 1)
     ends = np.linspace(0.0, max(float(times[-1]), _STEP), count + 1)
@@ -114,7 +113,7 @@ def drive_plan(plan: Plan, times: Floats, *, speed: float) -> Floats:
 
     def yaw(at: Floats) -> Floats:
         total = np.zeros(len(at))
-        for (start, segment) in zip(starts, plan):
+        for (start, segment) in zip(borders(plan), plan):
             if segment.angle_deg:
                 progress = np.clip((at - start) / segment.seconds, 0.0, 1.0)
                 total += math.radians(segment.angle_deg) * _turned(progress)

@@ -6,28 +6,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import auto, Enum
+from enum import Enum
 from functools import cache
 
 import numpy as np
 from phase_traj_ros.synthetic.arrays import Bytes, Singles
 from phase_traj_ros.synthetic.textures import facades, surfaces
 from phase_traj_ros.synthetic.textures.atlas import Atlas, build_atlas
-from phase_traj_ros.synthetic.textures.noise import NoiseBank, Sheet
+from phase_traj_ros.synthetic.textures.noise import noise_bank, Sheet
 from phase_traj_ros.synthetic.textures.silhouettes import build_silhouettes, Silhouettes
-
-
-class Material(Enum):
-    """Material of a panel."""
-
-    FACADE = auto()
-    TOWER = auto()
-    ROOF = auto()
-    FOLIAGE = auto()
-    MASONRY = auto()
-    BARK = auto()
-    CAR_SIDE = auto()
-    CAR_END = auto()
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,17 +28,17 @@ class _Recipe:
     density: float
 
 
-# Sharp at the smallest distance, 7 m for a front and 4 m for a car.
-_RECIPES = {
-    Material.FACADE: _Recipe(facades.facade, 16, 16.0, 12.5, 56.0),
-    Material.TOWER: _Recipe(facades.facade, 6, 24.0, 22.0, 20.0),
-    Material.ROOF: _Recipe(surfaces.roof, 4, 16.0, 3.5, 40.0),
-    Material.FOLIAGE: _Recipe(surfaces.foliage, 4, 10.0, 8.0, 56.0),
-    Material.MASONRY: _Recipe(surfaces.masonry, 4, 16.0, 2.2, 64.0),
-    Material.BARK: _Recipe(surfaces.bark, 2, 0.8, 4.0, 80.0),
-    Material.CAR_SIDE: _Recipe(surfaces.car_side, 8, 4.6, 1.55, 90.0),
-    Material.CAR_END: _Recipe(surfaces.car_end, 6, 1.8, 1.55, 90.0),
-}
+class Material(Enum):
+    """Material of a panel, sharp at the smallest distance: 7 m for a front, 4 m for a car."""
+
+    FACADE = _Recipe(facades.facade, 16, 16.0, 12.5, 56.0)
+    TOWER = _Recipe(facades.facade, 6, 24.0, 22.0, 20.0)
+    ROOF = _Recipe(surfaces.roof, 4, 16.0, 3.5, 40.0)
+    FOLIAGE = _Recipe(surfaces.foliage, 4, 10.0, 8.0, 56.0)
+    MASONRY = _Recipe(surfaces.masonry, 4, 16.0, 2.2, 64.0)
+    BARK = _Recipe(surfaces.bark, 2, 0.8, 4.0, 80.0)
+    CAR_SIDE = _Recipe(surfaces.car_side, 8, 4.6, 1.55, 90.0)
+    CAR_END = _Recipe(surfaces.car_end, 6, 1.8, 1.55, 90.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,14 +54,15 @@ class Materials:
 def materials() -> Materials:
     """Return the materials of all scenes; they are shared and must not be changed."""
     rng = np.random.default_rng((0, 1))
-    noise = NoiseBank(rng)
+    bank = noise_bank(rng)
     pictures: list[Bytes] = []
     densities: list[float] = []
     members = {}
-    for (material, recipe) in _RECIPES.items():
+    for material in Material:
+        recipe = material.value
         members[material] = tuple(range(len(pictures), len(pictures) + recipe.count))
         densities += [recipe.density] * recipe.count
-        sheet = Sheet(rng, noise, recipe.length, recipe.height, recipe.density)
+        sheet = Sheet(rng, bank, recipe.length, recipe.height, recipe.density)
         pictures += [
             np.clip(recipe.draw(sheet), 4, 255).astype(np.uint8) for _ in range(recipe.count)]
     return Materials(build_atlas(pictures, densities), members, build_silhouettes(rng))

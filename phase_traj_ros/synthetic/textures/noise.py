@@ -42,23 +42,10 @@ def _amplitudes(height: int, width: int, slope: float) -> Floats:
     return amplitudes
 
 
-class NoiseBank:
-    """A few large noise images, generated once, from which patches are cut."""
-
-    def __init__(self, rng: np.random.Generator) -> None:
-        """Generate the noise images: white, fine (slope 0.5), natural (1) and soft (2)."""
-        self._rng = rng
-        self._noises = {
-            slope: spectral_noise(rng, _SIZE, _SIZE, slope=slope)
-            for slope in (0.0, 0.5, 1.0, 2.0)}
-
-    def patch(self, height: int, width: int, *, slope: float) -> Singles:
-        """Return a random patch of shape (height, width); it repeats if larger than the bank."""
-        (top, left) = self._rng.integers(_SIZE, size=2)
-        rows = np.arange(top, top + height) % _SIZE
-        columns = np.arange(left, left + width) % _SIZE
-        patch: Singles = self._noises[slope][np.ix_(rows, columns)]
-        return patch
+def noise_bank(rng: np.random.Generator) -> dict[float, Singles]:
+    """Return large noises by their slope: white (0), fine (0.5), natural (1) and soft (2)."""
+    return {
+        slope: spectral_noise(rng, _SIZE, _SIZE, slope=slope) for slope in (0.0, 0.5, 1.0, 2.0)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +53,7 @@ class Sheet:
     """A surface to be drawn: its size in metres, pixels per metre, and the sources of chance."""
 
     rng: np.random.Generator
-    bank: NoiseBank
+    bank: dict[float, Singles]
     length: float
     height: float
     density: float
@@ -77,7 +64,11 @@ class Sheet:
         return (round(self.height * self.density), round(self.length * self.density))
 
     def noise(self, slope: float, *, down: int = 1, across: int = 1) -> Singles:
-        """Return noise of the whole sheet, stretched by these factors."""
+        """Return noise of the whole sheet, stretched by these factors: a part of the bank's."""
         (rows, columns) = self.shape
-        patch = self.bank.patch(rows // down, columns // across, slope=slope)
+        (top, left) = self.rng.integers(_SIZE, size=2)
+        # The noise is periodic.
+        patch: Singles = self.bank[slope][np.ix_(
+            np.arange(top, top + rows // down) % _SIZE,
+            np.arange(left, left + columns // across) % _SIZE)]
         return patch if down == across else np.asarray(cv2.resize(patch, (columns, rows)))

@@ -66,28 +66,22 @@ def build_silhouettes(rng: np.random.Generator) -> Silhouettes:
     x = np.linspace(-1.0, 1.0, _SAMPLES)
     flat = np.zeros(_SAMPLES)
     bow = np.sqrt(np.maximum(1.0 - x * x, 0.0))
-    edges: list[tuple[Floats, Floats]] = [(flat + 1.0, flat), (1.0 - np.abs(x), flat)]
-    members: dict[Outline, tuple[int, ...]] = {Outline.SQUARE: (0,), Outline.GABLE: (1,)}
-
-    def add(outline: Outline, upper: Floats, lower: Floats) -> None:
-        members[outline] = (*members.get(outline, ()), len(edges))
-        edges.append((np.clip(upper, 0.0, 1.0), np.clip(lower, 0.0, 1.0)))
-
+    drawn = [(Outline.SQUARE, flat + 1.0, flat), (Outline.GABLE, 1.0 - np.abs(x), flat)]
     for _ in range(6):
         middle = rng.uniform(0.3, 0.5)
-        add(Outline.CROWN,
-            middle + bow * (0.93 - middle + 0.07 * _ragged(rng)),
-            middle - bow * (middle - 0.07 + 0.07 * _ragged(rng)))
-    for _ in range(3):
-        add(Outline.HEDGE, 0.9 + 0.05 * _ragged(rng), flat)
+        drawn.append((
+            Outline.CROWN, middle + bow * (0.93 - middle + 0.07 * _ragged(rng)),
+            middle - bow * (middle - 0.07 + 0.07 * _ragged(rng))))
+    drawn += [(Outline.HEDGE, 0.9 + 0.05 * _ragged(rng), flat) for _ in range(3)]
     for _ in range(3):
         (bonnet, screen) = (rng.uniform(0.58, 0.66), rng.uniform(-0.55, -0.35))
-        add(Outline.CAR_SIDE, np.interp(
+        drawn.append((Outline.CAR_SIDE, np.interp(
             x, (-1.0, screen - 0.3, screen, 0.3, rng.uniform(0.7, 0.95), 1.0),
-            (0.56, bonnet, 0.97, 1.0, 0.97, 0.85)), flat)
-    add(Outline.CAR_END, np.interp(
+            (0.56, bonnet, 0.97, 1.0, 0.97, 0.85)), flat))
+    drawn.append((Outline.CAR_END, np.interp(
         x, (-1.0, -0.95, -0.9, -0.68, 0.68, 0.9, 0.95, 1.0),
-        (0.1, 0.1, 0.58, 1.0, 1.0, 0.58, 0.1, 0.1)), flat)
-    return Silhouettes(
-        upper=np.stack([upper for (upper, _) in edges]),
-        lower=np.stack([lower for (_, lower) in edges]), members=members)
+        (0.1, 0.1, 0.58, 1.0, 1.0, 0.58, 0.1, 0.1)), flat))
+    (kinds, upper, lower) = zip(*drawn)
+    return Silhouettes(np.clip(upper, 0.0, 1.0), np.clip(lower, 0.0, 1.0), members={
+        each: tuple(index for (index, kind) in enumerate(kinds) if kind is each)
+        for each in Outline})

@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 from phase_traj_ros.synthetic.arrays import Floats
-from phase_traj_ros.synthetic.scene.panels import Panel
+from phase_traj_ros.synthetic.scene.scene import Panel
 from phase_traj_ros.synthetic.textures.materials import Material, Materials
 from phase_traj_ros.synthetic.textures.silhouettes import Outline
 from phase_traj_ros.synthetic.town.keep_out import KeepOut
@@ -66,7 +66,7 @@ class Town:
     ) -> None:
         """Add one panel, unless it is too near to a pose."""
         length = float(np.hypot(*(end - start)))
-        if not (self.poses.far(start, end) or self.poses.clear(_samples(start, end)).all()):
+        if not self.poses.clear(_samples(start, end)).all():
             return
         chosen = self._any(material) if texture is None else texture
         atlas = self.materials.atlas
@@ -121,7 +121,7 @@ class Town:
 
     def tree(self, place: Floats, *, size: float, reach: float = 150.0) -> None:
         """Plant a tree with a crown of 2 * ``size`` metres in width: two crossed panels."""
-        if not self._may_stand(place, size):
+        if not self._may_stand(place + size * _RING):
             return
         angle = self.rng.uniform(0, np.pi)
         (base, top) = (0.9 * size + 0.4, self.rng.uniform(2.8, 3.8) * size)
@@ -138,7 +138,7 @@ class Town:
 
     def lamp(self, place: Floats) -> None:
         """Add a lamp post."""
-        if self._may_stand(place, 0.2):
+        if self._may_stand(place + 0.2 * _RING):
             for across in (np.array([0.07, 0.0]), np.array([0.0, 0.07])):
                 self.wall(place - across, place + across, self.rng.uniform(3.5, 4.0),
                           Material.BARK, gain=self.rng.uniform(0.6, 2.2), reach=90.0)
@@ -148,7 +148,7 @@ class Town:
         (length, width, height) = self.rng.uniform((3.7, 1.6, 1.4), (4.5, 1.78, 1.54))
         left = left_of(ahead)
         corners = place + _CORNERS @ np.stack([0.5 * length * ahead, 0.5 * width * left])
-        if not (self.roadways.clear(corners).all() and self.poses.clear(corners).all()):
+        if not self._may_stand(corners):
             return
         (body, outline) = (self._any(Material.CAR_SIDE), self._outline(Outline.CAR_SIDE))
         for side in (left, -left):
@@ -166,9 +166,8 @@ class Town:
         self.shadows.append(place + np.stack([
             long + wide, wide - long, -long - wide, long - wide]))
 
-    def _may_stand(self, place: Floats, size: float) -> bool:
-        ring = place + size * _RING
-        return bool(self.roadways.clear(ring).all() and self.poses.clear(ring).all())
+    def _may_stand(self, outline: Floats) -> bool:
+        return bool(self.roadways.clear(outline).all() and self.poses.clear(outline).all())
 
 
 _RING = np.stack([np.cos(np.arange(8) * np.pi / 4), np.sin(np.arange(8) * np.pi / 4)], axis=1)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import math
 
 import numpy as np
-from phase_traj_ros.synthetic.arrays import Bools, Floats, Ints
+from phase_traj_ros.synthetic.arrays import Bools, Floats
 
 
 class KeepOut:
@@ -32,22 +32,14 @@ class KeepOut:
     def _cell(self, place: float) -> int:
         return math.floor(place / self._radius)
 
-    def _near(self, low: Floats, high: Floats) -> list[Ints]:
-        """Return the discs, cell by cell, that may reach a point between these corners."""
-        (west, south), (east, north) = low.tolist(), high.tolist()
+    def clear(self, points: Floats, *, ignore: int | None = None) -> Bools:
+        """Return which of the points (M, 2), close together, are in no disc."""
+        ((west, south), (east, north)) = (points.min(axis=0), points.max(axis=0))
         rows = range(self._cell(south) - 1, self._cell(north) + 2)
-        return [
+        found = [
             self._cells[column, row]
             for column in range(self._cell(west) - 1, self._cell(east) + 2) for row in rows
             if (column, row) in self._cells]
-
-    def far(self, start: Floats, end: Floats) -> bool:
-        """Return whether there is no disc anywhere near a straight line."""
-        return not self._near(np.minimum(start, end), np.maximum(start, end))
-
-    def clear(self, points: Floats, *, ignore: int | None = None) -> Bools:
-        """Return which of the points (M, 2), close together, are in no disc."""
-        found = self._near(points.min(axis=0), points.max(axis=0))
         if not found:
             return np.ones(len(points), np.bool_)
         near = np.concatenate(found)

@@ -9,20 +9,13 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 from phase_traj_ros.synthetic.arrays import Floats
-from phase_traj_ros.synthetic.scene.panels import Panels
-from phase_traj_ros.synthetic.scene.scene import Scene
+from phase_traj_ros.synthetic.scene.scene import Panels, Scene
 from phase_traj_ros.synthetic.scene.sky import build_sky
 from phase_traj_ros.synthetic.textures.materials import materials
 from phase_traj_ros.synthetic.town.buildings import build, ROADWAY, Town
 from phase_traj_ros.synthetic.town.keep_out import KeepOut
 from phase_traj_ros.synthetic.town.paving import pave
-from phase_traj_ros.synthetic.town.streets import (
-    BEYOND,
-    grid_streets,
-    HALF_WIDTH,
-    Street,
-    streets_along,
-)
+from phase_traj_ros.synthetic.town.streets import grid_streets, HALF_WIDTH, Street, streets_along
 
 #: Smallest distance of anything solid from a pose, in metres.
 CLEARANCE = 4.0
@@ -70,15 +63,6 @@ def scene_along(poses_xy: npt.ArrayLike, *, seed: int = 0) -> Scene:
     """
     points = np.asarray(poses_xy, np.float64).reshape(-1, 2)
     return _scene(streets_along(points, np.random.default_rng((seed, 3))), points, seed)
-
-
-def grid_roads(xs: Sequence[float], ys: Sequence[float]) -> list[Floats]:
-    """Return the roads of ``street_grid``: centre lines (N, 2) that share their crossings."""
-    west_to_east = [min(xs) - BEYOND, *sorted(xs), max(xs) + BEYOND]
-    south_to_north = [min(ys) - BEYOND, *sorted(ys), max(ys) + BEYOND]
-    return [
-        *(np.array([(x, y) for x in west_to_east]) for y in ys),
-        *(np.array([(x, y) for y in south_to_north]) for x in xs)]
 
 
 def roads_along(poses_xy: npt.ArrayLike, *, seed: int = 0) -> list[Floats]:

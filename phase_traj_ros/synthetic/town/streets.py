@@ -53,8 +53,7 @@ class Street:
     @cached_property
     def lengths(self) -> Floats:
         """Return the length of the street up to each point, (N,)."""
-        (dx, dy) = np.diff(self.line, axis=0).T
-        return np.concatenate([[0.0], np.cumsum(np.hypot(dx, dy))])
+        return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self.line, axis=0).T))])
 
     @cached_property
     def _courses(self) -> Floats:
@@ -82,7 +81,7 @@ def evenly(points: npt.ArrayLike) -> Floats:
     if len(kept) < 2:
         kept.append([kept[0][0] + 1.0, kept[0][1]])
     line = np.array(kept)
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    along = Street(line).lengths
     evenly_along = np.linspace(0.0, along[-1], max(round(along[-1]), 1) + 1)
     return np.stack([np.interp(evenly_along, along, values) for values in line.T], axis=1)
 
@@ -96,11 +95,16 @@ def grid_streets(xs: Sequence[float], ys: Sequence[float]) -> tuple[Street, ...]
     """
     if not (len(xs) and len(ys)):
         raise ParameterError('a street grid needs at least one street in each direction')
-    (west, east) = (min(xs) - BEYOND, max(xs) + BEYOND)
-    (south, north) = (min(ys) - BEYOND, max(ys) + BEYOND)
-    return (
-        *(Street(evenly([(west, y), (east, y)])) for y in ys),
-        *(Street(evenly([(x, south), (x, north)])) for x in xs))
+    return tuple(Street(evenly(road[[0, -1]])) for road in grid_roads(xs, ys))
+
+
+def grid_roads(xs: Sequence[float], ys: Sequence[float]) -> list[Floats]:
+    """Return the streets of a grid as centre lines (N, 2) that share their crossings."""
+    west_to_east = [min(xs) - BEYOND, *sorted(xs), max(xs) + BEYOND]
+    south_to_north = [min(ys) - BEYOND, *sorted(ys), max(ys) + BEYOND]
+    return [
+        *(np.array([(x, y) for x in west_to_east]) for y in ys),
+        *(np.array([(x, y) for y in south_to_north]) for x in xs)]
 
 
 def unit(direction: Floats) -> Floats:

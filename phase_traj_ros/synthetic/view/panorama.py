@@ -9,7 +9,7 @@ The views share the position of the camera, so each ray of the fisheye is a pixe
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import cv2
@@ -26,16 +26,6 @@ _STEEPEST = 1.7
 _WIDEST = 2.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Cut:
-    """The views: their camera, their yaw (clockwise, radians), and each pixel's place in them."""
-
-    camera: Camera
-    turned: tuple[float, ...]
-    columns: Singles
-    rows: Singles
-
-
 def rays(camera: Camera) -> Floats:
     """Return the unit vector of each pixel of a fisheye, (height, width, 3), in image axes."""
     assert camera.fisheye is not None
@@ -50,8 +40,15 @@ def rays(camera: Camera) -> Floats:
 
 
 @lru_cache(maxsize=4)
-def _cut(camera: Camera, pitch: float, roll: float) -> _Cut:
-    """Return the views that cover the image of a fisheye; pitch and roll in radians."""
+def _cut(
+    camera: Camera, pitch: float, roll: float,
+) -> tuple[Camera, list[float], Singles, Singles]:
+    """
+    Return the views that cover the image of a fisheye; pitch and roll in radians.
+
+    These are their camera, their yaw (clockwise, radians), and the column and the row of each
+    pixel in them.
+    """
     (x, y, z) = np.moveaxis(rays(camera) @ tilt(pitch, roll).T, -1, 0)
     azimuth = np.arctan2(x, z)
     view = np.rint(azimuth / (2 * _HALF)).astype(int)
@@ -64,12 +61,12 @@ def _cut(camera: Camera, pitch: float, roll: float) -> _Cut:
     level = replace(
         camera, width=2 * half + 1, height=above + below + 1, cx=half, cy=above, fisheye=None)
     columns = focal * np.tan(within) + half + (view - view.min()) * level.width
-    turned = tuple((2 * _HALF * np.arange(view.min(), view.max() + 1)).tolist())
-    return _Cut(level, turned, columns.astype(np.float32), (height + above).astype(np.float32))
+    turned = (2 * _HALF * np.arange(view.min(), view.max() + 1)).tolist()
+    return (level, turned, columns.astype(np.float32), (height + above).astype(np.float32))
 
 
 def draw_fisheye(camera: Camera, pose: Pose, draw: Callable[[Camera, Pose], Bytes]) -> Bytes:
     """Return the image of a fisheye; ``draw`` renders that of a level pinhole camera."""
-    cut = _cut(camera, pose.pitch, pose.roll)
-    views = [draw(cut.camera, Pose(pose.x, pose.y, pose.yaw - turned)) for turned in cut.turned]
-    return as_bytes(cv2.remap(np.hstack(views), cut.columns, cut.rows, cv2.INTER_LINEAR))
+    (level, turned, columns, rows) = _cut(camera, pose.pitch, pose.roll)
+    views = [draw(level, Pose(pose.x, pose.y, pose.yaw - yaw)) for yaw in turned]
+    return as_bytes(cv2.remap(np.hstack(views), columns, rows, cv2.INTER_LINEAR))

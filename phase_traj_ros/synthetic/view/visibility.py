@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from phase_traj_ros.synthetic.arrays import Bools, Floats, Ints
 from phase_traj_ros.synthetic.camera import Camera, Pose
-from phase_traj_ros.synthetic.scene.panels import Panels
+from phase_traj_ros.synthetic.scene.scene import Panels
 from phase_traj_ros.synthetic.textures.silhouettes import Silhouettes
 
 #: Nearest distance from the camera's plane that is drawn, in metres.
@@ -111,35 +111,14 @@ def _nearest_first(strips: Strips) -> Ints:
     return order
 
 
-class _Rows:
-    """Strips sorted by column, of which each table has one row per column."""
-
-    def __init__(self, column: Ints, width: int) -> None:
-        count = np.bincount(column, minlength=width)
-        self._column = column
-        self._rank = np.arange(len(column)) - np.repeat(np.cumsum(count) - count, count)
-        self._shape = (width, max(int(count.max(initial=0)), 1))
-
-    def table(self, values: Ints, missing: int) -> Ints:
-        """Write the values of the strips into a (width, most per column) table."""
-        table = np.full(self._shape, missing, np.int64)
-        table[self._column, self._rank] = values
-        return table
-
-    def of(self, table: Ints) -> Ints:
-        """Return the values of the strips in a table."""
-        values: Ints = table[self._column, self._rank]
-        return values
-
-
 def _unhidden(strips: Strips, order: Ints, camera: Camera) -> tuple[Ints, Ints]:
     """Remove what nearer strips on the ground hide; return the remaining strips and their ends."""
     first = strips.first[order]
-    rows = _Rows(strips.column[order], camera.width)
-    edge = rows.table(np.where(strips.grounded[order], first, camera.height), camera.height)
-    above = np.minimum.accumulate(edge, axis=1)
-    before = np.concatenate([np.full((camera.width, 1), camera.height), above[:, :-1]], axis=1)
-    horizon = rows.of(before)
+    edge = np.where(strips.grounded[order], first, camera.height)
+    # All columns in one pass: in each, the edges count from a lower level than those before.
+    level = strips.column[order] * (camera.height + 1)
+    highest = np.minimum.accumulate(np.concatenate([[camera.height], edge - level]))[:-1]
+    horizon = np.minimum(highest + level, camera.height)
     open_ = first < horizon
     return (order[open_], np.minimum(strips.last[order], horizon)[open_])
 
@@ -152,10 +131,18 @@ def visible(strips: Strips, camera: Camera) -> tuple[Ints, Ints]:
     the index of the strip of each, -1 for none, and its length in pixels, (R,) both.
     """
     (order, last) = _unhidden(strips, _nearest_first(strips), camera)
-    rows = _Rows(strips.column[order], camera.width)
+    column = strips.column[order]
+    layer = np.arange(len(order)) - np.searchsorted(column, column)
+    drawn = layer < _LAYERS
+
+    def table(values: Ints, missing: int) -> Ints:
+        """Return the values of the strips by column and layer."""
+        filled = np.full((camera.width, _LAYERS), missing, np.int64)
+        filled[column[drawn], layer[drawn]] = values[drawn]
+        return filled
+
     (index, tops, bottoms) = (
-        rows.table(values, missing)[:, :_LAYERS] for (values, missing) in (
-            (order, -1), (strips.first[order], camera.height), (last, camera.height)))
+        table(order, -1), table(strips.first[order], camera.height), table(last, camera.height))
     bounds = np.concatenate([
         np.zeros((camera.width, 1), np.int64), tops, bottoms,
         np.full((camera.width, 1), camera.height)], axis=1)

@@ -15,7 +15,7 @@ from phase_traj_ros.synthetic.camera import (
     rotation,
     STEREOGRAPHIC,
 )
-from phase_traj_ros.synthetic.scene.panels import Panel, Panels
+from phase_traj_ros.synthetic.scene.scene import Panel, Panels
 import pytest
 
 SMALL = Camera.with_field_of_view(320, 120, 80.0)
