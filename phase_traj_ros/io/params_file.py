@@ -176,7 +176,7 @@ _Loader.add_implicit_resolver(
 def _sections(path: Path) -> list[tuple[str, Mapping[object, object]]]:
     """Return each node's name and values, in the order of the file."""
     try:
-        # It is read in pieces: one that is no text is refused early, however large it is.
+        # YAML reads it in pieces, so a large binary file is refused at its first bytes.
         with path.open('rb') as file:
             content = yaml.load(file, Loader=_Loader)
     except OSError as error:

@@ -104,7 +104,7 @@ def _yaw_deg(optical: _Pose) -> float:
 
 
 def _rotation(quaternion: Any) -> _Pose:
-    """Return the matrix of a geometry_msgs/Quaternion, (3, 3); NaN if it is no rotation."""
+    """Return the matrix of a geometry_msgs/Quaternion, (3, 3); NaN if its length is not usable."""
     parts = np.array([quaternion.x, quaternion.y, quaternion.z, quaternion.w])
     norm = np.linalg.norm(parts)
     *axis, real = parts / norm if 1e-6 < norm < math.inf else parts * math.nan
