@@ -51,12 +51,6 @@ class ChainCode:
         """The direction codes so far, one per movement that is not ``NO_CHANGE``."""
         self.turn: Movement | None = None
         """The current turn, ``LEFT`` or ``RIGHT``, or None."""
-        self.reset()
-
-    def reset(self) -> None:
-        """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
-        self.movement.clear()
-        self.direction.clear()
         self.heading: AnyDirection = self.directions.FORWARD
         """The current direction."""
         self._started = False

@@ -47,11 +47,6 @@ class HeadingCode(ChainCode):
         self.directions = self._sector.directions
         super().__init__(max_runs=max_runs)
 
-    def reset(self) -> None:
-        """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
-        super().reset()
-        self._sector.reset()
-
     def update(self, heading: float, rate: float) -> Step:
         """
         Judge the next pair of frames.

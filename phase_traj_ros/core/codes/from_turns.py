@@ -26,9 +26,9 @@ class TurnCode(ChainCode):
     pairs follow it.
     """
 
-    def reset(self) -> None:
-        """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
-        super().reset()
+    def __init__(self, *, max_runs: int | None = None) -> None:
+        """Make a chain code that starts with ``FORWARD``; each series keeps ``max_runs`` runs."""
+        super().__init__(max_runs=max_runs)
         self._due: deque[int] = deque()
 
     def expect(self, quarters: Iterable[int]) -> None:

@@ -65,12 +65,6 @@ class LinkCode:
         self._sector = HeadingSector(connectivity)
         self.directions = self._sector.directions
         """Type of the directions: the paper's four, or Freeman's eight."""
-        self.reset()
-
-    def reset(self) -> None:
-        """Start again: no links, direction ``FORWARD``."""
-        self.series.clear()
-        self._sector.reset()
         self._begun = 0.0
 
     def add(self, distance: float, heading: float, yaw: float) -> tuple[AnyDirection, ...]:

@@ -29,7 +29,7 @@ class HeadingSector:
         """Type of the directions: the paper's four, or Freeman's eight."""
         self._width = 2.0 * math.pi / connectivity
         self._border = self._width * (0.5 + TUNING.hysteresis)
-        self.reset()
+        self._number = 0
 
     @property
     def direction(self) -> AnyDirection:
@@ -37,10 +37,6 @@ class HeadingSector:
         if self.directions is Freeman:
             return Freeman((Freeman.FORWARD + self._number) % 8)
         return Direction((Direction.FORWARD - self._number) % 4)
-
-    def reset(self) -> None:
-        """Go back to ``FORWARD``."""
-        self._number = 0
 
     def follow(self, heading: float) -> int:
         """

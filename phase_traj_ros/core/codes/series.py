@@ -44,11 +44,6 @@ class CodeSeries(Generic[CodeT]):
             self._runs.append(Run(code, 1))
         self._totals[code] += 1
 
-    def clear(self) -> None:
-        """Remove all codes, and clear the totals."""
-        self._runs.clear()
-        self._totals.clear()
-
     @property
     def runs(self) -> tuple[Run[CodeT], ...]:
         """Return the runs kept, oldest first."""

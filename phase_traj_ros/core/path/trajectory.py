@@ -104,11 +104,6 @@ class ChainPath:
     def __init__(self, *, max_corners: int | None = None) -> None:
         """Make a path that has not started."""
         self._corners: deque[Corner] = deque(maxlen=max_corners)
-        self.reset()
-
-    def reset(self) -> None:
-        """Go back to the origin and forget the path."""
-        self._corners.clear()
         self.tip: Corner | None = None
         """The current pose; None before the path has started."""
 

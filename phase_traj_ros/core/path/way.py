@@ -24,10 +24,6 @@ class Way:
 
     def __init__(self) -> None:
         """Start at distance 0."""
-        self.reset()
-
-    def reset(self) -> None:
-        """Go back to distance 0."""
         self._distance = self._foreseen = 0.0
         self.speed: float | None = None
         """Speed of the newest pair, in the unit of the pairs per second; None if unknown."""

@@ -102,13 +102,6 @@ def test_after_a_skip_that_ends_the_turn_nothing_is_left_of_it(before, after, co
     assert said[2 + len(before):] == fresh[1:]
 
 
-@given(PAIRS, PAIRS, FRAMES, FRAMES)
-def test_after_a_reset_nothing_is_left(before, after, confirm, release):
-    codes, _ = run(before, confirm=confirm, release=release)
-    codes.reset()
-    assert feed(codes, after) == run(after, confirm=confirm, release=release)[1]
-
-
 @given(st.integers(2, 6), st.data())
 def test_fewer_wrong_pairs_do_not_end_a_turn(release, data):
     wrong = st.lists(SHIFT, min_size=1, max_size=release - 1)

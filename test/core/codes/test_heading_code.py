@@ -103,14 +103,6 @@ def test_turn_under_way():
     assert drive([0.0, -2.0, 0.1]).turn is None
 
 
-def test_reset_starts_again():
-    codes = drive([*turn(180), *STRAIGHT])
-    codes.reset()
-    assert len(codes.movement) == len(codes.direction) == 0
-    assert codes.heading is Direction.FORWARD
-    assert codes.update(0.0, 0.0).movement is F
-
-
 @pytest.mark.parametrize('connectivity', [4, 8])
 @given(yaws=YAWS, skipped=st.sets(st.integers(0, 79)))
 def test_invariants_whatever_the_heading_does(connectivity, yaws, skipped):

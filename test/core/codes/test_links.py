@@ -127,15 +127,6 @@ def test_within_a_pair_the_heading_is_that_of_the_place():
         Freeman.FORWARD, Freeman.FORWARD_RIGHT, Freeman.FORWARD_RIGHT, Freeman.RIGHT)
 
 
-def test_a_reset_starts_anew():
-    code = LinkCode(1.0)
-    code.add(1.9, RIGHT_ANGLE, 0.0)
-    code.reset()
-    assert len(code.series) == 0
-    assert code.add(0.9, RIGHT_ANGLE, 0.0) == ()
-    assert code.add(0.2, 0.0, 0.0) == (Direction.FORWARD,)
-
-
 def test_a_jump_of_the_stamps_is_no_way():
     assert LinkCode(1.0).add(1e10, 0.0, 0.0) == ()
 

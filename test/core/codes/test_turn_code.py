@@ -92,13 +92,6 @@ def test_pairs_skipped_during_a_turn_lose_nothing(skipped):
     assert all(list(codes.movement)[pair] is N for pair in skipped)
 
 
-def test_a_reset_forgets_what_was_due():
-    codes = TurnCode()
-    codes.update((1, 1, 1), 0.0)
-    codes.reset()
-    assert [codes.update((), 0.0).movement for _ in range(3)] == [F, F, F]
-
-
 @given(
     st.lists(
         st.sampled_from([0, 90, -90, 180, -180, 30, -50, 360]), min_size=1, max_size=6),

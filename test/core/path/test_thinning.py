@@ -24,14 +24,11 @@ def test_it_keeps_the_first_and_equal_steps_from_it_and_no_more_than_the_limit(l
         assert len(kept) >= min((limit + 1) // 2, number + 1)
 
 
-def test_without_a_limit_it_keeps_all_and_starts_again_when_cleared():
+def test_without_a_limit_it_keeps_all():
     thinned = Thinned(None)
     for number in range(100):
         thinned.offer(number)
     assert thinned.kept == tuple(range(100))
-    thinned.clear()
-    thinned.offer(7)
-    assert thinned.kept == (7,)
 
 
 def test_a_way_counts_each_pair_once_and_adds_what_is_known():
@@ -42,8 +39,6 @@ def test_a_way_counts_each_pair_once_and_adds_what_is_known():
     assert way.distance == 3.0 and way.speed is None
     way.add(Travel(-1.0, 0.1, TravelState.MEASURED), 0.5)
     assert way.speed == -2.0
-    way.reset()
-    assert (way.pairs, way.distance, way.speed) == (0, 0.0, None)
 
 
 def test_the_next_pair_replaces_what_was_foreseen():

@@ -11,7 +11,7 @@ import json
 from pathlib import Path
 import re
 
-from phase_traj_ros.io.results.palette import css, DARK, LIGHT
+from phase_traj_ros.io.results.palette import DARK, LIGHT
 
 _TOKEN = re.compile(r'\{\{(\w+)\}\}')
 
@@ -82,7 +82,7 @@ def write_page(
     end = f'<script>\n{script}\n</script>' if script else ''
     terms = '\n'.join(
         f'<div><dt>{escape(term)}</dt><dd>{escape(value)}</dd></div>' for term, value in facts)
-    style = filled(template('style.css'), {'light': css(LIGHT), 'dark': css(DARK)})
+    style = filled(template('style.css'), {'light': LIGHT.css(), 'dark': DARK.css()})
     page = filled(template('shell.html'), {
         'title': title, 'source': source, 'facts': Markup(terms), 'style': style,
         'scripts': Markup(f"'sha256-{digest}'" if script else "'none'"),
