@@ -18,7 +18,6 @@ from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.entities import LATCHED
 from phase_traj_ros.ros.playback.children import start_child
 from phase_traj_ros.ros.spin import ros_context
-from phase_traj_ros.ros.startup.signals import stop_on_signals
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from std_msgs.msg import String
@@ -78,8 +77,7 @@ def run_live(
     texts: list[str] = []
     # The player waits for the node, which would report missing images.
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    with (stop_on_signals() as stop,
-            ros_context(['--ros-args', *within]),
+    with (ros_context(['--ros-args', *within]),
             _process(player) as player_process, _process(node) as node_process):
         listener = rclpy.create_node(f'{NODE_NAME}_listener')
 
@@ -93,8 +91,6 @@ def run_live(
             seen, deadline = 0, time.monotonic() + _DISCOVERY_S + _SILENCE_S
             while not (texts and texts[-1].startswith(f'frames {frames};')):
                 executor.spin_once(timeout_sec=0.1)
-                if stop.is_set():
-                    raise KeyboardInterrupt
                 if node_process.poll() is not None:
                     raise SourceError(
                         f'the node has exited with status {node_process.returncode}')
