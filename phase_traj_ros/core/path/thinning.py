@@ -17,6 +17,10 @@ class Thinned(Generic[Item]):
     def __init__(self, limit: int | None) -> None:
         """Keep at most ``limit`` items, 1 or more; None keeps all."""
         self._limit = limit
+        self.clear()
+
+    def clear(self) -> None:
+        """Drop all items."""
         self._kept: list[Item] = []
         self._every = 1
         self._offered = 0

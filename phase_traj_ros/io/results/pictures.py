@@ -47,7 +47,6 @@ class Thumbnails(Watcher):
     ) -> None:
         """Keep up to ``limit`` images of ``width`` pixels at most, ``max_bytes`` in total."""
         self._width = width
-        self._limit = limit
         self._max_bytes = max_bytes
         self._thinned: Thinned[Thumbnail] = Thinned(limit)
 
@@ -58,7 +57,7 @@ class Thumbnails(Watcher):
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
         """Start with the first frame."""
-        self._thinned = Thinned(self._limit)
+        self._thinned.clear()
         self._take(frame, 0, estimator)
 
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:

@@ -24,11 +24,14 @@ def test_it_keeps_the_first_and_equal_steps_from_it_and_no_more_than_the_limit(l
         assert len(kept) >= min((limit + 1) // 2, number + 1)
 
 
-def test_without_a_limit_it_keeps_all():
+def test_without_a_limit_it_keeps_all_and_starts_again_when_cleared():
     thinned = Thinned(None)
     for number in range(100):
         thinned.offer(number)
     assert thinned.kept == tuple(range(100))
+    thinned.clear()
+    thinned.offer(7)
+    assert thinned.kept == (7,)
 
 
 def test_a_way_counts_each_pair_once_and_adds_what_is_known():
