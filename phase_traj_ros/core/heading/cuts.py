@@ -42,11 +42,13 @@ class CutDetector:
             self.reset()
             return False
         agreement = measured.agreement
-        cut = (self._doubted is not None and agreement >= YAW.min_agreement
-               and self._doubted < TUNING.cut_share * agreement)
+        # In a dark image, a few blocks of noise may agree.
+        shown = 0.0 if measured.yaw is None else agreement
+        cut = (self._doubted is not None and shown >= YAW.min_agreement
+               and self._doubted < TUNING.cut_share * shown)
         lost = 0.0 < self._interval * TUNING.lost_intervals < interval
         doubted = (measured.yaw is None and not lost and self._before >= YAW.min_agreement
                    and agreement < TUNING.cut_share * self._before)
         self._doubted = agreement if doubted else None
-        self._before, self._interval = agreement, interval
+        self._before, self._interval = shown, interval
         return cut

@@ -31,8 +31,7 @@ class HeadingStep:
     share
         Share of the pair in the time over which its yaw was measured.
     missed
-        Standard deviation in radians of what earlier pairs may have missed: after a long gap, the
-        heading is not corrected.
+        Standard deviation in radians of the correction of earlier pairs, which were bridged.
     foreseen
         Standard deviation in radians of a heading that is foreseen; 0 if it is measured.
     scale
@@ -59,9 +58,10 @@ class HeadingTracker:
     Integrates yaw, and bridges missing or implausible yaws by the yaw rate of their neighbours.
 
     A missing pair is first given the previous rate, which fades. At the next measurement, the
-    heading is corrected as if the rate had changed linearly in between. A jump of the rate that is
-    impossible for a vehicle, as far as it is known, is bridged like a missing pair. If the next
-    pair confirms it, the heading is corrected.
+    heading is corrected as if each of the two rates had lasted for half of the gap, but for not
+    more than the time in which a rate fades. A jump of the rate that is impossible for a vehicle,
+    as far as it is known, is bridged like a missing pair. If the next pair confirms it, the
+    heading is corrected.
     """
 
     def __init__(self, scale_deviation: float = 0.0) -> None:
@@ -128,9 +128,7 @@ class HeadingTracker:
                 self._gap - interval)
         else:
             rate = yaw / interval
-            if self._gap > TUNING.rate_fading_s:
-                missed = (self.rate + rate) / 2 * self._gap - self._bridged_yaw
-            self._correct(rate, interval, certain)
+            missed = self._correct(rate, interval, certain)
             self.heading += yaw
             self._rate, self._rejected = rate, None
             self._gap = self._bridged_yaw = 0.0
@@ -158,11 +156,9 @@ class HeadingTracker:
     def admits(self, yaw: float, interval: float, *, certain: bool = False) -> bool:
         """Return whether ``update`` would accept a yaw as possible for a vehicle."""
         rate = yaw / interval
-        # After a long gap, any rate is possible.
-        return (
-            self._gap > TUNING.rate_fading_s or self._follows_rate(rate, interval, certain)
-            or (self._rejected is not None
-                and self._is_possible(self._rejected.rate, rate, interval)))
+        return self._follows_rate(rate, interval, certain) or (
+            self._rejected is not None
+            and self._is_possible(self._rejected.rate, rate, interval))
 
     def _follows_rate(self, rate: float, interval: float, certain: bool) -> bool:
         return certain or self._rate is None or self._is_possible(self._rate, rate, interval)
@@ -180,18 +176,18 @@ class HeadingTracker:
         walked = self._agility.process_noise * min(gap, TUNING.rate_fading_s) ** 3 / 3
         return (TUNING.bridged_deviation * gap) ** 2 + walked
 
-    def _correct(self, rate: float, interval: float, certain: bool) -> None:
-        """Correct the bridged pairs before an admitted rate."""
-        rejected = self._rejected
-        if self._follows_rate(rate, interval, certain):
-            if self._gap <= TUNING.rate_fading_s:
-                self.heading += (self.rate + rate) / 2 * self._gap - self._bridged_yaw
-        elif rejected is not None and self._is_possible(rejected.rate, rate, interval):
+    def _correct(self, rate: float, interval: float, certain: bool) -> float:
+        """Correct the bridged pairs before an admitted rate; return the standard deviation."""
+        gap, bridged_yaw, rejected = self._gap, self._bridged_yaw, self._rejected
+        if rejected is not None and not self._follows_rate(rate, interval, certain):
             self.heading += rejected.rate * self._interval - rejected.filled
-            missing = self._gap - self._interval
-            if missing <= TUNING.rate_fading_s:
-                self.heading += (self.rate + rejected.rate) / 2 * missing - (
-                    self._bridged_yaw - rejected.filled)
+            gap, bridged_yaw = gap - self._interval, bridged_yaw - rejected.filled
+            rate = rejected.rate
+        lasted = min(gap, 2.0 * TUNING.rate_fading_s)
+        mean = (self.rate + rate) / 2
+        self.heading += mean * lasted - bridged_yaw
+        # The change from one rate to the other may have been at any time within the gap.
+        return math.hypot((rate - self.rate) * gap / math.sqrt(12.0), mean * (gap - lasted))
 
     def _bridge(self, yaw: float | None, interval: float) -> None:
         self.bridged += 1

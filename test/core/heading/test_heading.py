@@ -43,10 +43,11 @@ def test_what_is_missing_for_long_fades_out():
     assert tracker.heading == pytest.approx(0.02 + 0.2, abs=1e-4)
     assert steps[11].yaw == pytest.approx(steps[1].yaw / math.e)
     assert abs(steps[-1].yaw) < 1e-4
-    # Then nobody knows what has happened; what is measured next is taken as it is.
-    before = tracker.heading
-    assert tracker.update(0.3, 0.1).bridged is False
-    assert tracker.heading == pytest.approx(before + 0.3)
+    # Another rate is admitted if a second pair confirms it. It lasted for a second before them,
+    # in which the old rate still fades.
+    assert tracker.update(0.3, 0.1).bridged
+    assert not tracker.update(0.3, 0.1).bridged
+    assert tracker.heading == pytest.approx(0.02 + 0.2 + 3.0 + 0.3 + 0.3)
 
 
 def test_one_wild_pair_is_not_believed():
@@ -120,11 +121,23 @@ def test_a_missing_pair_before_a_jump_that_lasts_gets_the_mean_rate():
     assert tracker.heading == pytest.approx(0.02 + (0.02 + 0.3) / 2 + 0.3 + 0.3)
 
 
-def test_a_wild_pair_in_a_long_gap_is_not_made_up_for():
-    tracker, _ = follow([0.0, *[None] * 8])
-    assert tracker.update(0.9, 0.3).bridged
-    step = tracker.update(-0.3, 0.1)
-    assert not step.bridged and step.yaw == pytest.approx(-0.3)
+def test_wild_pairs_after_a_long_gap_are_not_followed():
+    tracker, _ = follow([0.0, *[None] * 15])
+    for yaw in (0.9, -0.3, 0.3, -0.2):
+        assert tracker.update(yaw, 0.1).bridged
+    assert tracker.heading == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize('interval', [1 / 30, 0.05, 0.0999, 0.1, 0.1001, 0.2])
+def test_a_turn_that_begins_in_a_gap_is_made_up_for_at_any_rate(interval):
+    # A second is where the bridged rate has faded.
+    for seconds in (0.8, 0.95, 1.0, 1.05, 1.2):
+        missing = round(seconds / interval)
+        tracker, _ = follow([0.0, *[None] * missing], interval)
+        step = tracker.update(0.7 * interval, interval, certain=True)
+        assert tracker.heading == pytest.approx(0.7 * (missing / 2 + 1) * interval)
+        # The turn may have begun at any time within the gap.
+        assert step.missed == pytest.approx(0.7 * missing * interval / math.sqrt(12))
 
 
 def test_the_deviation_of_the_heading_is_that_of_all_steps():
@@ -133,9 +146,9 @@ def test_the_deviation_of_the_heading_is_that_of_all_steps():
         tracker.update(0.01, 0.1, variance=0.002 ** 2)
     assert tracker.deviation == pytest.approx(5 * 0.002)
     bridged = [tracker.update(None, 0.1) for _ in range(15)]
-    after = tracker.update(0.3, 0.1, variance=0.002 ** 2)
-    # After more than a second, what the vehicle did meanwhile is not made up for.
-    assert after.yaw == pytest.approx(0.3) and after.missed > 0.5
+    after = tracker.update(0.3, 0.1, variance=0.002 ** 2, certain=True)
+    assert tracker.heading == pytest.approx(25 * 0.01 + (0.1 + 3.0) / 2 * 1.5 + 0.3)
+    assert after.missed == pytest.approx((3.0 - 0.1) * 1.5 / math.sqrt(12))
     assert tracker.deviation == pytest.approx(math.sqrt(
         26 * 0.002 ** 2 + sum(step.variance for step in bridged) + after.missed ** 2))
 
