@@ -190,6 +190,10 @@ class TrajectoryEstimator:
         """Count frames that are not used because their stamp equals the previous one."""
         self._integration.repeat_stamp(count)
 
+    def skip(self) -> None:
+        """Count a frame that could not be read, decoded or used."""
+        self._integration.skip()
+
     def check(self, settings: EstimatorSettings) -> None:
         """
         Check that ``reconfigure`` accepts these settings, without a change of state.

@@ -17,7 +17,7 @@ from phase_traj_ros.core.judge import Verdict
 from phase_traj_ros.core.measuring import Comparison
 from phase_traj_ros.core.path.trajectory import Corner
 from phase_traj_ros.core.reliability.monitor import ReliabilityMonitor
-from phase_traj_ros.core.reliability.reason import Evidence
+from phase_traj_ros.core.reliability.reason import Evidence, Reason
 from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import EstimatorSettings
@@ -56,7 +56,12 @@ class Integration:
     def repeat_stamp(self, count: int) -> None:
         """Count frames that are not used because their stamp equals the previous one."""
         self.counters.repeated += count
-        self._monitor.add_same_stamps(count)
+        self._monitor.add_unused(Reason.FROZEN, count)
+
+    def skip(self) -> None:
+        """Count a frame that cannot be used."""
+        self.counters.skipped += 1
+        self._monitor.add_unused(Reason.FRAMES_LOST)
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Continue with other settings."""
@@ -136,6 +141,7 @@ class Integration:
         cut = pair.cut and self._settings.guards
         self._monitor.add(
             verdict.evidence, stamp_ns, interval_ns,
+            seen=verdict.status is not PairStatus.NO_MEASUREMENT,
             travel=travel if self._settings.metric else None,
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
             cut=pair.cut, frames=self.frames - self._measured_frame)

@@ -94,7 +94,7 @@ class FrameStream(Generic[_StampedT]):
 
     def skip(self) -> None:
         """Count a frame that could not be read or decoded."""
-        self._estimator.counters.skipped += 1
+        self._estimator.skip()
 
     def finish(self) -> Iterator[Outcome[_StampedT]]:
         """End the stream; yield what came of a frame that was held."""
@@ -124,7 +124,7 @@ class FrameStream(Generic[_StampedT]):
         try:
             update = estimator.update(frame.image, passed.stamp_ns, encoding=frame.encoding)
         except FrameError as error:
-            estimator.counters.skipped += 1
+            estimator.skip()
             yield Skipped(frame, str(error))
             return
         yield Started(frame) if update is None else Measured(frame, update)

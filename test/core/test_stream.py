@@ -102,6 +102,19 @@ def test_frames_that_cannot_be_used_are_skipped():
     assert estimator.counters.skipped == 1
 
 
+def test_frames_that_cannot_be_used_to_the_end_are_lost():
+    frames = drive([FRAME] * 40)
+    lost = [Given(TINY, frame.stamp_ns) for frame in frames]
+    _, estimator = run([*frames[:20], *lost[20:28], *frames[28:]])
+    assert estimator.reliability.reliable
+    _, estimator = run([*frames[:20], *lost[20:]])
+    for verdict in (estimator.reliability, estimator.reliability.of_drive):
+        assert verdict.words == ('frames_lost',)
+        assert (verdict.end_ns - verdict.start_ns) == 39 * STEP_NS
+        [span] = verdict.spans
+        assert (span.start_ns, span.end_ns) == (frames[19].stamp_ns, frames[-1].stamp_ns)
+
+
 def test_a_restart_with_a_frame_that_cannot_be_used():
     frames = drive([FRAME] * 13)
     found, estimator = run([*frames, Given(TINY, 0), *frames[1:3]])

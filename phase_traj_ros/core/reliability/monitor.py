@@ -30,27 +30,30 @@ class ReliabilityMonitor:
         self._counts: Counter[Evidence] = Counter()
         self._spans = {reason: Spans() for reason in Reason}
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
-        self._measured_ns = 0
+        self._seen_ns = self._measured_ns = 0
         self._rivalled_ns: int | None = None
         self._usual_ns = 0
-        self._same_stamps = 0
+        # The frames since the newest one that are not used, by their reasons.
+        self._unused: Counter[Reason] = Counter()
 
     def add(
-        self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, travel: Travel | None = None,
-        contradicted: bool = False, cut: bool = False, frames: int = 1,
+        self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, seen: bool = True,
+        travel: Travel | None = None, contradicted: bool = False, cut: bool = False,
+        frames: int = 1,
     ) -> None:
         """
         Add the next pair.
 
-        ``travel``: its distance; None if that is not required in metres. ``contradicted``: the
-        direction code contradicts the heading. ``cut``: the scene changed in the previous pair.
-        ``frames``: number of the second frame minus that of the first one; the pair counts as so
-        many.
+        ``seen``: its motion was measured. ``travel``: its distance; None if that is not required
+        in metres. ``contradicted``: the direction code contradicts the heading. ``cut``: the scene
+        changed in the previous pair. ``frames``: number of the second frame minus that of the
+        first one; the pair counts as so many.
         """
         if not self._parts:
             self._start_ns = self._judged_ns = stamp_ns - interval_ns
-            self._newest_ns = self._new_picture_ns = self._measured_ns = self._start_ns
-        self._same_stamps = 0
+            self._newest_ns = self._new_picture_ns = self._start_ns
+            self._seen_ns = self._measured_ns = self._start_ns
+        self._unused.clear()
         self._make_room(stamp_ns)
         part = self._parts[-1]
         before, self._newest_ns = self._newest_ns, stamp_ns
@@ -63,6 +66,10 @@ class ReliabilityMonitor:
         self._counts[evidence] += frames
         part.seconds += interval_ns * 1e-9
         part.cuts += cut
+        if seen:
+            self._seen_ns = stamp_ns
+        elif evidence in _REASONS and stamp_ns - self._seen_ns > TUNING.unmeasured_ns:
+            self._spans[_REASONS[evidence]].add(self._seen_ns, stamp_ns)
         if contradicted:
             self._spans[Reason.DIRECTION_CONTRADICTS_HEADING].add(before, stamp_ns)
         if travel is not None and travel.rivalled:
@@ -80,9 +87,9 @@ class ReliabilityMonitor:
         else:
             self._usual_ns = interval_ns // frames
 
-    def add_same_stamps(self, count: int) -> None:
-        """Record frames with the stamp of the one before, which are not used."""
-        self._same_stamps += count
+    def add_unused(self, reason: Reason, count: int = 1) -> None:
+        """Add frames that are not used, because ``FROZEN`` stamps repeat or ``FRAMES_LOST``."""
+        self._unused[reason] += count
 
     def verdict(self, *, camera_known: bool = True) -> Reliability:
         """
@@ -95,10 +102,12 @@ class ReliabilityMonitor:
         reasons = self._reasons()
         spans = {reason: kept.of(reason in reasons, self._judged_ns, end)
                  for reason, kept in self._spans.items()}
-        if self._unstamped_ns:
-            end += self._unstamped_ns
-            spans[Reason.FROZEN].append((self._newest_ns, end))
-        reasons += [reason for reason in _IN_PARTS if self._applies(reason)]
+        for reason in self._unused:
+            if lasted_ns := self._unused_ns(reason):
+                spans[reason].append((self._newest_ns, self._newest_ns + lasted_ns))
+                end = max(end, self._newest_ns + lasted_ns)
+        reasons += [reason for reason in Reason
+                    if reason not in reasons and self._applies(reason)]
         if not camera_known and Reason.TOO_SHORT not in reasons:
             reasons.append(Reason.CAMERA_NOT_KNOWN)
             spans[Reason.CAMERA_NOT_KNOWN] = [(start, end)]
@@ -125,18 +134,17 @@ class ReliabilityMonitor:
         return self._usual_ns > 0 and interval_ns > TUNING.lost_intervals * self._usual_ns and (
             evidence is Evidence.APART or interval_ns > TUNING.lost_ns)
 
-    @property
-    def _unstamped_ns(self) -> int:
-        """Return how long all frames have had one stamp; 0 if that is not longer than usual."""
-        lasted_ns = self._same_stamps * self._usual_ns
-        return lasted_ns if lasted_ns > TUNING.frozen_ns else 0
+    def _unused_ns(self, reason: Reason) -> int:
+        """Return how long all frames have not been used; 0 if that is not longer than usual."""
+        lasted_ns = self._unused[reason] * self._usual_ns
+        return lasted_ns if lasted_ns > TUNING.lost_ns else 0
 
     def _applies(self, reason: Reason) -> bool:
         """Return whether the spans of a reason cover too much of the window, or continue."""
         end = self._newest_ns
         begin = max(self._start_ns, end - TUNING.window_ns)
-        if reason is Reason.FROZEN and (
-                self._unstamped_ns or end - self._new_picture_ns > TUNING.frozen_ns):
+        if self._unused_ns(reason) or (
+                reason is Reason.FROZEN and end - self._new_picture_ns > TUNING.frozen_ns):
             return True
         return self._spans[reason].within(begin, end) > TUNING.max_unreliable * (end - begin)
 
@@ -181,9 +189,6 @@ _REASONS = {
     Evidence.SCATTERED: Reason.NOT_ONE_MOTION,
     Evidence.JERKED: Reason.SHAKING,
 }
-# Reasons that concern parts of a drive, independent of the other pairs of the window.
-_IN_PARTS = (Reason.FROZEN, Reason.FRAMES_LOST, Reason.DISTANCE_UNKNOWN,
-             Reason.ROAD_UNCLEAR, Reason.DIRECTION_CONTRADICTS_HEADING)
 
 
 @dataclass(slots=True)

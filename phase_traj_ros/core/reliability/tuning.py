@@ -31,7 +31,7 @@ class ReliabilityTuning:
     frozen_ns: int = 1_000_000_000
     """A camera that repeats one picture for longer is frozen."""
     unmeasured_ns: int = 1_000_000_000
-    """A distance that is not measured for longer is unknown: a car may have braked by 8 m/s."""
+    """What is not measured for longer is unknown: a car may have braked by 8 m/s, or turned."""
     unclear_ns: int = 1_000_000_000
     """A road is unclear if a more significant other motion recurs within this time."""
     lost_ns: int = 1_000_000_000

@@ -65,11 +65,11 @@ class Reliability:
         return replace(self, reasons=tuple(reason for reason, _ in lasted.most_common()))
 
 
-def joined(spans: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return spans in order, joined where they overlap or touch."""
+def joined(spans: Iterable[tuple[int, int]], *, within: int = 0) -> list[tuple[int, int]]:
+    """Return spans in order, joined where they overlap, or ``within`` these nanoseconds."""
     joined: list[tuple[int, int]] = []
     for start, end in sorted(spans):
-        if joined and start <= joined[-1][1]:
+        if joined and start - joined[-1][1] <= within:
             joined[-1] = joined[-1][0], max(joined[-1][1], end)
         else:
             joined.append((start, end))
@@ -84,14 +84,10 @@ class Spans:
         self._kept: list[tuple[int, int]] = []
 
     def add(self, start_ns: int, end_ns: int) -> None:
-        """Add a span that ends after all others; close ones are joined."""
+        """Add a span; close ones are joined."""
         if end_ns <= start_ns:
             return
-        kept = self._kept
-        if kept and start_ns - kept[-1][1] <= TUNING.part_ns:
-            kept[-1] = kept[-1][0], end_ns
-            return
-        kept.append((start_ns, end_ns))
+        kept = self._kept = joined([*self._kept, (start_ns, end_ns)], within=TUNING.part_ns)
         if len(kept) > TUNING.max_spans:
             first = min(range(len(kept) - 1), key=lambda n: kept[n + 1][0] - kept[n][1])
             kept[first:first + 2] = [(kept[first][0], kept[first + 1][1])]

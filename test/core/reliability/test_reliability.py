@@ -114,7 +114,9 @@ def test_a_cover_after_a_good_hour_is_told_at_once_and_is_a_span_of_the_drive():
     assert (start, end) == (pytest.approx(3600, abs=2), 3600 + 58 * 60)
     assert words == ('nothing_to_see',)
     assert driven.monitor.verdict().of_drive.words == ('nothing_to_see',)
-    driven.add('trusted', 40)
+    driven.add('trusted', 56)
+    assert driven.monitor.verdict().words == ('nothing_to_see',)
+    driven.add('trusted', 2)
     assert driven.monitor.verdict().reliable
     assert not driven.monitor.verdict().of_drive.reliable
 
@@ -253,10 +255,10 @@ def test_days_with_a_loose_cable_are_a_bounded_number_of_spans():
 
 def test_a_camera_that_repeats_one_stamp_for_more_than_a_second_is_frozen():
     driven = Driven().add('trusted', 100)
-    driven.monitor.add_same_stamps(9)
+    driven.monitor.add_unused(Reason.FROZEN, 9)
     assert driven.monitor.verdict().reliable and driven.spans == []
     # Eleven frames of 0.1 s each: nobody knows when they were taken.
-    driven.monitor.add_same_stamps(2)
+    driven.monitor.add_unused(Reason.FROZEN, 2)
     verdict = driven.monitor.verdict()
     assert verdict.words == ('frozen',)
     assert (verdict.end_ns - verdict.start_ns) / SECOND == pytest.approx(101.1)
@@ -286,8 +288,35 @@ def test_each_part_is_judged_by_half_a_minute_on_both_sides():
     driven = Driven().add('trusted', 120).add('blank', 90).add('trusted', 120)
     assert driven.spans == [
         (pytest.approx(120, abs=2), pytest.approx(210, abs=2), ('nothing_to_see',))]
-    # A cover of a quarter of a minute is less than half of any minute.
+    # Pairs that are in doubt, but measured, count where they are half of a minute.
     assert Driven().add('trusted', 120).add('blank', 15).add('trusted', 120).spans == []
+
+
+def test_a_motion_that_is_not_measured_for_more_than_a_second_is_a_span():
+    driven = Driven().add('trusted', 140)
+    for _ in range(10):
+        driven.add('scattered', 0.9, seen=False).add('trusted', 0.6)
+    assert driven.spans == []
+    driven.add('blank', 15, seen=False).add('still', 5)
+    assert driven.monitor.verdict().words == ('nothing_to_see',)
+    driven.add('trusted', 120)
+    assert driven.spans == [(pytest.approx(155), pytest.approx(170), ('nothing_to_see',))]
+    assert driven.monitor.verdict().reliable
+    # 15 of 295 s are more than a twentieth.
+    assert driven.monitor.verdict().of_drive.words == ('nothing_to_see',)
+    assert driven.add('trusted', 10).monitor.verdict().of_drive.reliable
+
+
+def test_spans_of_a_minute_and_of_a_second_are_in_order():
+    # More than half of each minute is spoilt, and then all of a few seconds.
+    driven = Driven().add('trusted', 100)
+    for _ in range(60):
+        driven.add('blank', 0.6, seen=False).add('trusted', 0.4)
+    driven.add('trusted', 20).add('blank', 3, seen=False).add('trusted', 100)
+    spans = driven.spans
+    assert all(before[1] < after[0] for before, after in pairwise(spans))
+    assert spans[-1][:2] == (pytest.approx(180), pytest.approx(183))
+    assert spans[0][0] < 130 < spans[0][1] < 170
 
 
 @pytest.mark.parametrize('start', [0, 1_700_000_000 * SECOND])
