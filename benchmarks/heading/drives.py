@@ -27,7 +27,7 @@ from phase_traj_ros.synthetic import (
 Frame = np.ndarray
 #: Real clips, and the sequences whose poses full-length drives are rendered along.
 REAL = ('00', '06')
-FULL = ('00', '02', '08')
+FULL = ('00', '02', '08', '10')
 _SPEED = 8.0
 
 PLANS = {

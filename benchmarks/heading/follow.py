@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 from benchmarks.heading.drives import Ride
 import numpy as np
+from phase_traj_ros.core import CodeSource, EstimatorSettings, TrajectoryEstimator
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.heading.turns import Turn
-from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.tasks.evaluation.ground_truth import MatchedTruth
 from phase_traj_ros.tasks.evaluation.scores import (
     heading_error,
@@ -60,33 +60,34 @@ class Follower:
 
     def __init__(self, ride: Ride, focal_px: float | None = None) -> None:
         self._ride = ride
-        self._estimator = VisualCompass(Lens(focal_px=focal_px or ride.camera.focal))
+        self._estimator = TrajectoryEstimator(EstimatorSettings(
+            code_source=CodeSource.AUTO, lens=Lens(focal_px=focal_px or ride.camera.focal)))
         self._codes = HeadingCode()
-        self._headings: list[float] = []
+        self._headings = [0.0]
         self._turns: list[Turn] = []
+        self._frames = 0
 
     def update(self, frame: np.ndarray) -> float | None:
         """Take the next frame; return the change of the heading."""
-        number = len(self._headings)
-        stamps = self._ride.stamps_ns
-        interval = (stamps[number] - stamps[number - 1]) / 1e9 if number else 0.1
-        measured = self._estimator.camera.measure(frame, interval)
-        if not number:
-            self._estimator.start(stamps[0])
-            self._headings.append(0.0)
+        update = self._estimator.update(frame, self._ride.stamps_ns[self._frames])
+        self._frames += 1
+        if update is None:
             return None
-        update = self._estimator.add(measured, stamps[number], interval)
-        self._codes.update(update.step.heading, update.step.rate)
+        step = update.heading
+        assert step is not None
+        self._codes.update(step.heading, step.rate)
         self._turns += update.turns
-        self._headings.append(update.step.heading)
-        return update.step.yaw
+        self._headings.append(step.heading)
+        return step.yaw
 
     def result(self) -> Result:
         """Return the result."""
+        compass = self._estimator.heading
+        assert compass is not None
         changes = tuple(int(code) for code in self._codes.movement if code in (0, 2))
         return Result(
-            self._ride, np.array(self._headings), self._turns + self._estimator.finish(),
-            changes, self._estimator.tracker.bridged)
+            self._ride, np.array(self._headings), self._turns + compass.finish(),
+            changes, compass.tracker.bridged)
 
 
 def follow(ride: Ride, *focals: float) -> list[Result]:

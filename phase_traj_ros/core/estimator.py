@@ -19,8 +19,8 @@ from phase_traj_ros.core.frames.repeats import RepeatDetector
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.integration import Integration
-from phase_traj_ros.core.judge import Judge
-from phase_traj_ros.core.measuring import PairMeter
+from phase_traj_ros.core.judge import judge
+from phase_traj_ros.core.measuring import PairMeter, PairTimes
 from phase_traj_ros.core.path.heading_path import DrawnPath
 from phase_traj_ros.core.path.way import Way
 from phase_traj_ros.core.reliability.verdict import Reliability
@@ -59,7 +59,6 @@ class TrajectoryEstimator:
         self._settings = settings or EstimatorSettings()
         self._meter = PairMeter(self._settings, mask=mask)
         self._integration = Integration(self._settings)
-        self._judge = Judge(self._settings.code_source)
         self._repeats = RepeatDetector()
         self._jitter = StampJitter()
         self._width = 0
@@ -74,7 +73,7 @@ class TrajectoryEstimator:
         if self._settings.lens is not None:
             self.use_lens(self._settings.lens)
         elif self._settings.learns_lens:
-            self._integration.heading = self._make_heading(
+            self._make_heading(
                 Lens(hfov_deg=ASSUMED_HFOV_DEG, assumed=True), learning=SelfCalibration())
 
     @property
@@ -134,7 +133,7 @@ class TrajectoryEstimator:
     @property
     def left_out(self) -> NDArray[np.uint8] | None:
         """Return an (H, W) map that is 0 in areas fixed to the camera; None if there are none."""
-        return self._judge.excluded
+        return self._meter.excluded
 
     @property
     def threshold_hint(self) -> ThresholdHint | None:
@@ -147,9 +146,6 @@ class TrajectoryEstimator:
 
         If the codes come from the heading, it is the map on the cylinder.
         """
-        camera = self._integration.camera
-        if self._settings.by_heading and camera is not None:
-            return camera.correlation_map()
         return self._meter.correlation_map()
 
     def use_lens(self, lens: Lens) -> None:
@@ -170,7 +166,7 @@ class TrajectoryEstimator:
                 self._repeats = RepeatDetector()
             self.heading.use_lens(lens)
         elif self._settings.measures_heading:
-            self._integration.heading = self._make_heading(lens)
+            self._make_heading(lens)
         else:
             raise ValueError('no setting requires a lens: give the lens in the settings')
 
@@ -228,19 +224,12 @@ class TrajectoryEstimator:
         self._meter.reconfigure(settings)
         self._integration.reconfigure(settings)
         if switches:
-            self._judge = Judge(settings.code_source)
-            self._exclude_areas()
             self.reset()
-        if self._integration.camera is not None:
-            self._integration.camera.set_upside_down(settings.view.rotate_180)
 
     def reset(self) -> None:
         """Restart with the next frame: no codes, no path, direction forward."""
         self._meter.reset()
         self._repeats = RepeatDetector()
-        if self._integration.camera is not None:
-            self._integration.camera.forget_frame()
-        self._judge.reset()
         self._integration.reset()
         self.last_stamp_ns = None
 
@@ -290,12 +279,11 @@ class TrajectoryEstimator:
             self._count(stamp_ns)
             self.correlate_ns = 0
             return self._integration.repeat(stamp_ns, interval_ns)
+        times = PairTimes(waited_ns * 1e-9, interval_ns * 1e-9, self._interval_deviation)
         pair = None
-        if not self._is_foreseen(frame, picture, waited_ns, interval_ns, encoding):
-            pair = self._meter.compare(
-                frame, picture, waited_ns * 1e-9, interval_ns * 1e-9, encoding=encoding,
-                camera=self._integration.camera,
-                stood=self._integration.distance_meter.heights_per_second == 0.0)
+        if not self._is_foreseen(frame, picture, times, encoding):
+            pair = self._meter.measure(
+                frame, picture, times, encoding=encoding, known=self._integration.motion)
         self.correlate_ns = time.perf_counter_ns() - began
         self._repeats.keep(picture if frame.dtype == np.uint8 else frame.copy(), encoding=encoding)
         self._used_stamp_ns, self._width = stamp_ns, frame.shape[1]
@@ -304,19 +292,15 @@ class TrajectoryEstimator:
             return self._integration.foresee(stamp_ns, waited_ns, interval_ns)
         self._measured_ns = stamp_ns
         if first:
-            self._judge.add_frame(picture, None, 0.0)
-            self._integration.start(picture, stamp_ns)
+            self._integration.start(stamp_ns)
             return None
         if pair.cut and self._settings.guards:
             self._integration.begin_scene()
-        verdict = self._judge.judge(
-            picture, pair, self.heading, waited_ns * 1e-9,
-            speed=self._integration.distance_meter.heights_per_second)
-        if verdict.areas_changed:
-            self._exclude_areas()
-        deviation = 1e-9 * math.hypot(self._repeats.deviation_ns, self._jitter.deviation_ns)
+        verdict = judge(
+            pair, admitted=self._integration.admits(pair.yaw, times.waited),
+            by_yaw=self._settings.by_heading)
         return self._integration.add(
-            picture, pair, verdict, stamp_ns, waited_ns, interval_deviation=deviation)
+            pair, verdict, stamp_ns, waited_ns, interval_deviation=times.deviation)
 
     def _count(self, stamp_ns: int) -> None:
         """Count a frame that can be used."""
@@ -325,18 +309,19 @@ class TrajectoryEstimator:
         self.last_stamp_ns = stamp_ns
         self._integration.count_frame()
 
+    @property
+    def _interval_deviation(self) -> float:
+        """Return the standard deviation of the interval between two frames in seconds."""
+        return 1e-9 * math.hypot(self._repeats.deviation_ns, self._jitter.deviation_ns)
+
     def _is_foreseen(
-        self, frame: Frame, picture: NDArray[np.uint8], waited_ns: int, interval_ns: int,
-        encoding: str,
+        self, frame: Frame, picture: NDArray[np.uint8], times: PairTimes, encoding: str,
     ) -> bool:
         """Return whether a frame needs no measurement, as the motion continues."""
-        camera = self._integration.camera
         # A video that repeats some of its pictures has the stamps of another clock.
-        return (self._integration.can_foresee((waited_ns + interval_ns) * 1e-9)
-                and self._settings.by_heading and camera is not None
-                and self._repeats.deviation_ns == 0.0
-                and self._meter.can_compare(frame, interval_ns * 1e-9, encoding)
-                and camera.foresees(picture, waited_ns * 1e-9, interval_ns * 1e-9))
+        return (self._integration.foreseeable and self._repeats.deviation_ns == 0.0
+                and self._meter.can_foresee(
+                    frame, picture, times, encoding, self._integration.motion.speed))
 
     def _switches_rule(self, settings: EstimatorSettings) -> bool:
         """Return whether settings change from the turns to the rule of the paper, or back."""
@@ -344,15 +329,9 @@ class TrajectoryEstimator:
             CodeSource.AUTO, CodeSource.SHIFT} and (
                 self.heading is not None or not settings.measures_heading)
 
-    def _make_heading(
-        self, lens: Lens, *, learning: SelfCalibration | None = None,
-    ) -> VisualCompass:
-        return VisualCompass(
+    def _make_heading(self, lens: Lens, *, learning: SelfCalibration | None = None) -> None:
+        """Measure the heading with a lens from now on."""
+        heading = VisualCompass(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
             learning=learning, keyframes=self._settings.keyframes)
-
-    def _exclude_areas(self) -> None:
-        """Measure without the areas that are fixed to the camera, from the next pair on."""
-        self._meter.exclude(self._judge.excluded)
-        if self._integration.camera is not None:
-            self._integration.camera.exclude(self._judge.excluded)
+        self._integration.heading, self._meter.camera = heading, heading.camera

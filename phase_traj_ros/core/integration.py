@@ -8,17 +8,17 @@ from dataclasses import replace
 from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.coding import Coder
-from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
+from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.distance_meter import DistanceMeter
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.heading.visual_compass import HeadingUpdate, VisualCompass
-from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.judge import Verdict
-from phase_traj_ros.core.measuring import Comparison
+from phase_traj_ros.core.measuring import Comparison, KnownMotion
 from phase_traj_ros.core.path.trajectory import Corner
 from phase_traj_ros.core.reliability.monitor import ReliabilityMonitor
 from phase_traj_ros.core.reliability.reason import Evidence, Reason
 from phase_traj_ros.core.reliability.verdict import Reliability
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import EstimatorSettings
 from phase_traj_ros.core.status import PairStatus
@@ -43,9 +43,16 @@ class Integration:
         self.reset()
 
     @property
-    def camera(self) -> YawCamera | None:
-        """Return the camera that measures the yaw; None if no lens is known."""
-        return None if self.heading is None else self.heading.camera
+    def motion(self) -> KnownMotion:
+        """Return the motion in the newest pair."""
+        return KnownMotion(
+            self.distance_meter.heights_per_second,
+            0.0 if self.heading is None else self.heading.tracker.rate)
+
+    @property
+    def foreseeable(self) -> bool:
+        """Return whether the motion of the newest pair may continue in the next one."""
+        return self._trusted is not None
 
     @property
     def reliability(self) -> Reliability:
@@ -98,13 +105,12 @@ class Integration:
         self.frames += 1
         self.counters.frames += 1
 
-    def start(self, picture: Frame, stamp_ns: int) -> None:
+    def start(self, stamp_ns: int) -> None:
         """Start with the first frame."""
         self._measured_frame = self.frames
         self.route.start(stamp_ns)
         if self.heading is not None:
             self.heading.start(stamp_ns)
-        self.distance_meter.start(picture, self.camera)
 
     def begin_scene(self) -> None:
         """Separate the pair that is added next from those before a cut in the video."""
@@ -112,13 +118,13 @@ class Integration:
         if self.heading is not None:
             self.heading.cut()
 
-    def can_foresee(self, later: float) -> bool:
-        """Return whether the motion may be foreseen ``later`` seconds after the newest pair."""
-        return self._trusted is not None and self.distance_meter.reaches(later)
+    def admits(self, yaw: YawMeasurement | None, interval: float) -> bool:
+        """Return whether the heading, if it is measured, may continue with the yaw of a pair."""
+        return self.heading is None or self.heading.admits(yaw, interval)
 
     def add(
-        self, picture: Frame, pair: Comparison, verdict: Verdict, stamp_ns: int, interval_ns: int,
-        *, interval_deviation: float,
+        self, pair: Comparison, verdict: Verdict, stamp_ns: int, interval_ns: int, *,
+        interval_deviation: float,
     ) -> Update:
         """
         Add a judged pair; ``interval_deviation`` is the standard deviation of its interval, in s.
@@ -132,10 +138,8 @@ class Integration:
         step = self.coder.code(verdict.status, dx, heading, interval)
         status = verdict.status.coded(step)
         turned = None if heading is None else heading.step
-        # The road shows whether the vehicle moves, even if the rest of the image does not.
-        travel = self.distance_meter.update(
-            picture, self.camera, pair.yaw, status, stamp_ns, interval_ns,
-            interval_deviation=interval_deviation)
+        travel = None if self.heading is None else self.distance_meter.update(
+            pair.travel, status, stamp_ns, interval_ns)
         odometry, links = self.route.add(
             step, turned, travel, stamp_ns, interval_ns, interval_deviation=interval_deviation)
         cut = pair.cut and self._settings.guards
@@ -218,10 +222,10 @@ class Integration:
 
     def _camera_change(self) -> CameraInUse | None:
         """Return the camera if it has changed since the last report."""
-        if self.camera is None or self.camera.lens is self._reported_lens:
+        if self.heading is None or self.heading.camera.lens is self._reported_lens:
             return None
-        self._reported_lens = self.camera.lens
-        return self.camera.in_use
+        self._reported_lens = self.heading.camera.lens
+        return self.heading.camera.in_use
 
     def _shift(self, pair: Comparison, heading: HeadingUpdate | None) -> Shift | None:
         """Return the shift to report, in pixels of the full frame."""

@@ -1,8 +1,8 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Measures each pair of frames: its shift, its yaw and its quality."""
+"""Measures each pair of frames: its shift, its yaw, its distance, and what else it shows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,8 +14,11 @@ from phase_traj_ros.core.correlation.phase_correlation import (
     Shift,
 )
 from phase_traj_ros.core.correlation.quality import GateSettings, PairQuality, Quality
+from phase_traj_ros.core.fixed.guard import FixedGuard
 from phase_traj_ros.core.heading.cuts import CutDetector
 from phase_traj_ros.core.heading.yaw_camera import YawCamera
+from phase_traj_ros.core.road.road_camera import RoadCamera
+from phase_traj_ros.core.road.travel import Travel
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import EstimatorSettings
 
@@ -42,14 +45,48 @@ class Comparison:
     """Whether the interval between the frames exceeds the limit."""
     cut: bool = False
     """Whether the scene changed in the pair before."""
+    blank: bool = False
+    """Whether the image holds only noise."""
+    fixed: bool = False
+    """Whether only areas fixed to the camera may agree on the yaw, or leave too little."""
+    slides: bool = False
+    """Whether the road slides by all the same, so that the yaw counts."""
+    travel: Travel | None = None
+    """Distance on the road in camera heights; None if it is not measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class PairTimes:
+    """The times of a pair in seconds."""
+
+    waited: float
+    """Time since the newest frame that was compared; 0 for the first frame."""
+    interval: float
+    """Time since the previous frame, which need not have been compared."""
+    deviation: float = 0.0
+    """Standard deviation of both."""
+
+
+@dataclass(frozen=True, slots=True)
+class KnownMotion:
+    """The motion before a pair, as far as it is known."""
+
+    speed: float | None = None
+    """Speed in camera heights per second, 0 or more; None if it is unknown."""
+    yaw_rate: float = 0.0
+    """Yaw rate in radians per second, positive to the left."""
 
 
 class PairMeter:
-    """Compares each frame with the previous one, by all measurements."""
+    """
+    Compares each frame with earlier ones, by all measurements.
+
+    In ``auto``, areas that are fixed to the camera are detected and left out.
+    """
 
     def __init__(self, settings: EstimatorSettings, *, mask: ArrayLike | None) -> None:
         """
-        Make a meter that waits for its first frame.
+        Make a meter that waits for its first frame, without a camera.
 
         Raises
         ------
@@ -59,12 +96,20 @@ class PairMeter:
         """
         self.mask = None if mask is None else mask_shares(mask)
         """Weight of each pixel, (H, W), 0 to 1; None if all count equally."""
+        self.camera: YawCamera | None = None
+        """The camera that measures the yaw; None if no lens is known."""
         self._settings = settings
         self.check(settings)
         self._format: tuple[tuple[int, ...], str, str] | None = None
         self._cuts = CutDetector()
-        self._excluded: NDArray[np.uint8] | None = None
+        self._guard = FixedGuard(enabled=settings.guards)
+        self._road = RoadCamera(settings)
         self._rebuild()
+
+    @property
+    def excluded(self) -> NDArray[np.uint8] | None:
+        """Return the mask of the fixed areas, (H, W): 0 where fixed; None if nothing is."""
+        return self._guard.excluded
 
     def check(self, settings: EstimatorSettings) -> None:
         """
@@ -83,38 +128,52 @@ class PairMeter:
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Apply other settings, which ``check`` has accepted."""
-        before = self._settings
-        self._settings = settings
+        before, self._settings = self._settings, settings
+        self._road.reconfigure(settings)
+        if settings.code_source is not before.code_source:
+            self._guard = FixedGuard(enabled=settings.guards)
+            self._exclude()
         if (settings.view, settings.code_source) != (before.view, before.code_source):
             self._rebuild()
         elif (settings.gate, settings.stillness) != (before.gate, before.stillness):
             self._make_quality()
+        if self.camera is not None:
+            self.camera.set_upside_down(settings.view.rotate_180)
 
     def reset(self) -> None:
         """Forget the newest frame: the next one becomes the first of a pair."""
         self._correlator.reset()
         self._make_quality()
         self._cuts.reset()
+        self._guard.interrupt()
+        self._road.forget()
+        if self.camera is not None:
+            self.camera.forget_frame()
 
-    def exclude(self, weights: NDArray[np.uint8] | None) -> None:
-        """Ignore areas fixed to the camera where a vehicle may stand; (H, W), 0 to 255."""
-        self._excluded = weights
-        self._quality.exclude(None if weights is None else self._settings.view.of(weights))
+    def can_foresee(
+        self, frame: Frame, picture: NDArray[np.uint8], times: PairTimes, encoding: str,
+        speed: float | None,
+    ) -> bool:
+        """
+        Return whether a frame needs no measurement, as the motion continues.
 
-    def can_compare(self, frame: Frame, interval: float, encoding: str) -> bool:
-        """Return whether a frame is of the form of the newest one, and no gap separates them."""
-        return self._format == (frame.shape, frame.dtype.str, encoding) and not self._gap(interval)
+        For the parameters, see ``measure``; ``speed`` is that of ``KnownMotion``.
+        """
+        camera = self.camera
+        return (
+            camera is not None and self._settings.by_heading
+            and self._format == _form(frame, encoding) and not self._gap(times.interval)
+            and self._road.reaches(camera, (speed or 0.0) * (times.waited + times.interval))
+            and camera.foresees(picture, times.waited, times.interval))
 
-    def compare(
-        self, frame: Frame, picture: NDArray[np.uint8], waited: float, interval: float, *,
-        encoding: str, camera: YawCamera | None, stood: bool = False,
+    def measure(
+        self, frame: Frame, picture: NDArray[np.uint8], times: PairTimes, *, encoding: str,
+        known: KnownMotion,
     ) -> Comparison:
         """
-        Compare a frame with the newest one that was compared, ``waited`` seconds earlier.
+        Compare a frame with earlier ones; without any, it is the first of a pair.
 
-        ``picture`` is the frame as ``prepare`` returns it, ``interval`` the seconds since the
-        previous frame, which need not have been compared. ``stood`` is whether the vehicle is
-        known to have stood then.
+        ``picture`` is the frame as ``prepare`` returns it, ``known`` the motion before it.
 
         Raises
         ------
@@ -122,6 +181,45 @@ class PairMeter:
             The frame cannot be used. The state is unchanged.
 
         """
+        pair = self._compare(
+            frame, picture, times, encoding,
+            stood=known.speed == 0.0 and self._settings.guards)
+        if times.waited == 0.0:
+            self._guard.start(picture)
+            self._road.start(picture, self.camera)
+            return pair
+        if pair.cut:
+            self._guard.interrupt()
+            if self._settings.guards:
+                self._road.forget()
+                known = KnownMotion()
+        found = self._guard.examine(
+            picture, pair.yaw, None if self.camera is None else self.camera.shift_of(pair.yaw),
+            pair.quality, times.waited, speed=known.speed, yaw_rate=known.yaw_rate)
+        if found.changed:
+            self._exclude()
+        travel = self._road.measure(
+            picture, self.camera, pair.yaw, times.waited, still=found.quality is Quality.STILL,
+            interval_deviation=times.deviation)
+        return replace(
+            pair, quality=found.quality, blank=found.blank, fixed=found.fixed,
+            slides=found.slides, travel=travel)
+
+    def correlation_map(self) -> NDArray[np.float32]:
+        """
+        Return the correlation map of the newest pair, see ``PhaseCorrelator``.
+
+        If the codes come from the heading, it is the map on the cylinder.
+        """
+        if self._settings.by_heading and self.camera is not None:
+            return self.camera.correlation_map()
+        return self._correlator.correlation_map()
+
+    def _compare(
+        self, frame: Frame, picture: NDArray[np.uint8], times: PairTimes, encoding: str, *,
+        stood: bool,
+    ) -> Comparison:
+        """Measure shift, yaw and quality by the frames of the pair alone."""
         view = self._settings.view.of(frame)
         # All checks come first, because an error must leave the state unchanged.
         if not self._settings.by_heading or self._quality.needs_frames:
@@ -129,18 +227,18 @@ class PairMeter:
             check_form(view)
             if self._view_mask is not None:
                 check_size(view, self._view_mask)
-        yaw = None if camera is None else camera.measure(
-            picture, waited, stood=stood and self._settings.guards)
+        yaw = None if self.camera is None else self.camera.measure(
+            picture, times.waited, stood=stood)
         shift = None if self._settings.by_heading else self._correlator.update(view)
         self._quality.update(view)
-        frame_format = (frame.shape, frame.dtype.str, encoding)
+        frame_format = _form(frame, encoding)
         same_format, self._format = frame_format == self._format, frame_format
-        gap = self._gap(interval)
+        gap = self._gap(times.interval)
         if gap or not same_format:
             self._quality.interrupt()
             self._cuts.reset()
             return Comparison(gap=gap)
-        cut = self._cuts.update(yaw, interval)
+        cut = self._cuts.update(yaw, times.interval)
         if cut and self._settings.guards:
             self._quality.interrupt()
         measured = yaw.shift if self._settings.by_heading and yaw is not None else shift
@@ -152,10 +250,6 @@ class PairMeter:
         else:
             agreement = float(self._correlator.significance(measured) >= _MIN_SIGNIFICANCE)
         return Comparison(shift, yaw, quality, used, agreement, cut=cut)
-
-    def correlation_map(self) -> NDArray[np.float32]:
-        """Return the correlation map of the newest pair, see ``PhaseCorrelator``."""
-        return self._correlator.correlation_map()
 
     def _gap(self, interval: float) -> bool:
         return 0.0 < self._settings.max_gap < interval
@@ -172,4 +266,19 @@ class PairMeter:
         self._quality = PairQuality(
             gate=None if self._settings.by_heading else self._settings.gate,
             stillness=self._settings.stillness, mask=self._view_mask)
-        self.exclude(self._excluded)
+        self._exclude_from_quality()
+
+    def _exclude(self) -> None:
+        """Measure without the areas that are fixed to the camera, from the next pair on."""
+        self._exclude_from_quality()
+        if self.camera is not None:
+            self.camera.exclude(self.excluded)
+
+    def _exclude_from_quality(self) -> None:
+        weights = self.excluded
+        self._quality.exclude(None if weights is None else self._settings.view.of(weights))
+
+
+def _form(frame: Frame, encoding: str) -> tuple[tuple[int, ...], str, str]:
+    """Return what two frames must have in common to be compared."""
+    return frame.shape, frame.dtype.str, encoding

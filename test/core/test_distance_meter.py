@@ -184,7 +184,7 @@ def test_a_constant_speed_leaves_nothing_to_ask():
     estimator, updates = driven(settings(speed=7.0))
     assert {update.travel.state for update in updates} == {TravelState.GIVEN}
     assert total(updates) == pytest.approx(0.7 * len(updates))
-    assert estimator._integration.distance_meter._meter is None
+    assert estimator._meter._road._meter is None
 
 
 def test_a_camera_that_changes_on_the_way_costs_a_pair_at_most():

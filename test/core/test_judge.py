@@ -3,13 +3,13 @@
 """A pair of frames gets its status and its worth from what was measured, and in one place."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
-from phase_traj_ros.core import CodeSource, PairStatus, Shift
+from phase_traj_ros.core import PairStatus, Shift
 from phase_traj_ros.core.correlation.quality import Quality
-from phase_traj_ros.core.judge import Judge, judged
+from phase_traj_ros.core.fixed.guard import FixedGuard
+from phase_traj_ros.core.judge import judge, Verdict
 from phase_traj_ros.core.measuring import Comparison
 from phase_traj_ros.core.reliability.reason import Evidence
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
@@ -24,39 +24,29 @@ STILL = Comparison(SHIFT, None, Quality.STILL, SHIFT, agreement=0.8)
 NOTHING = Comparison(SHIFT, None, Quality.NOTHING, SHIFT, agreement=0.8)
 
 
-@pytest.mark.parametrize(('pair', 'known', 'status', 'evidence'), [
-    (GOOD, {}, PairStatus.OK, Evidence.TRUSTED),
-    (SCATTERED, {}, PairStatus.OK, Evidence.SCATTERED),
-    (STILL, {}, PairStatus.STILL, Evidence.STILL),
-    (NOTHING, {}, PairStatus.NO_MEASUREMENT, Evidence.BLANK),
-    (Comparison(), {}, PairStatus.REPRIMED, Evidence.APART),
-    (Comparison(gap=True), {}, PairStatus.GAP, Evidence.APART),
-    (GOOD, {'blank': True}, PairStatus.OK, Evidence.BLANK),
-    (GOOD, {'implausible': True}, PairStatus.NO_MEASUREMENT, Evidence.JERKED),
-    (GOOD, {'implausible': True, 'fixed': True}, PairStatus.NO_MEASUREMENT, Evidence.FIXED),
-    (SCATTERED, {'implausible': True}, PairStatus.NO_MEASUREMENT, Evidence.SCATTERED),
+DARK, DIRTY = replace(GOOD, blank=True), replace(GOOD, fixed=True)
+
+
+@pytest.mark.parametrize(('pair', 'admitted', 'status', 'evidence'), [
+    (GOOD, True, PairStatus.OK, Evidence.TRUSTED),
+    (SCATTERED, True, PairStatus.OK, Evidence.SCATTERED),
+    (STILL, True, PairStatus.STILL, Evidence.STILL),
+    (NOTHING, True, PairStatus.NO_MEASUREMENT, Evidence.BLANK),
+    (Comparison(), True, PairStatus.REPRIMED, Evidence.APART),
+    (Comparison(gap=True), True, PairStatus.GAP, Evidence.APART),
+    (DARK, True, PairStatus.OK, Evidence.BLANK),
+    (GOOD, False, PairStatus.NO_MEASUREMENT, Evidence.JERKED),
+    (DIRTY, False, PairStatus.NO_MEASUREMENT, Evidence.FIXED),
+    (SCATTERED, False, PairStatus.NO_MEASUREMENT, Evidence.SCATTERED),
     # A vehicle that stands does not turn, and shows nothing but noise at night.
-    (STILL, {'implausible': True, 'blank': True}, PairStatus.STILL, Evidence.STILL)])
+    (replace(STILL, blank=True), False, PairStatus.STILL, Evidence.STILL)])
 def test_a_pair_is_judged_by_the_first_thing_that_speaks_against_it(
-        pair, known, status, evidence):
-    assert judged(pair, **known) == (status, evidence)
+        pair, admitted, status, evidence):
+    assert judge(pair, admitted=admitted) == Verdict(status, evidence)
 
 
 def test_the_rule_of_the_paper_codes_a_shift_whatever_the_yaw():
-    assert judged(GOOD, implausible=True, by_yaw=False) == (PairStatus.OK, Evidence.JERKED)
-
-
-class Following:
-    """A heading that takes the shift of the pair, and any yaw if there is one."""
-
-    def __init__(self, plausible=True, rate=0.0):
-        self._plausible = plausible
-        self.tracker = SimpleNamespace(rate=rate)
-        self.camera = SimpleNamespace(
-            shift_of=lambda measured: None if measured is None else measured.shift)
-
-    def admits(self, measured, interval):
-        return self._plausible and measured is not None and measured.yaw is not None
+    assert judge(GOOD, admitted=False, by_yaw=False) == Verdict(PairStatus.OK, Evidence.JERKED)
 
 
 def turning(yaw=0.02, quality=Quality.MEASURED, among=0.8, **options):
@@ -64,12 +54,26 @@ def turning(yaw=0.02, quality=Quality.MEASURED, among=0.8, **options):
     return Comparison(None, measured, quality, measured.shift, agreement=0.8, **options)
 
 
-def judged_after(pictures, pair, source=CodeSource.AUTO, heading=None, speed=None):
+def examined(guard, picture, pair, interval=0.1, **known):
+    """Return the pair with what the guard finds, and whether the areas have changed."""
+    shift = None if pair.yaw is None else pair.yaw.shift
+    found = guard.examine(picture, pair.yaw, shift, pair.quality, interval, **known)
+    return replace(pair, quality=found.quality, blank=found.blank, fixed=found.fixed,
+                   slides=found.slides), found.changed
+
+
+def guarded(pictures, pair, *, enabled=True, **known):
+    """Return a guard that has seen the pictures with such pairs, and the newest pair."""
+    guard = FixedGuard(enabled=enabled)
+    guard.start(pictures[0])
+    for picture in pictures[1:]:
+        newest, _ = examined(guard, picture, pair, **known)
+    return guard, newest
+
+
+def judged_after(pictures, pair, *, enabled=True, admitted=True, **known):
     """Return the verdict on the last of these pictures."""
-    judge, heading = Judge(source), heading or Following()
-    judge.add_frame(pictures[0], None, 0.0)
-    return [
-        judge.judge(picture, pair, heading, 0.1, speed=speed) for picture in pictures[1:]][-1]
+    return judge(guarded(pictures, pair, enabled=enabled, **known)[1], admitted=admitted)
 
 
 @pytest.fixture(scope='module')
@@ -120,11 +124,11 @@ def test_a_vehicle_in_front_of_which_traffic_moves_stands(street, quality, statu
 def test_a_turn_that_goes_on_is_none_of_a_standing_vehicle(street, rate, status):
     """Fewer blocks agree than would show the begin of a turn."""
     pair = turning(yaw=0.04, quality=Quality.STILL, among=0.45)
-    assert judged_after(street, pair, heading=Following(rate=rate)).status is status
+    assert judged_after(street, pair, yaw_rate=rate).status is status
 
 
 def test_a_pair_on_which_no_vehicle_turns_like_that_is_not_measured(street):
-    verdict = judged_after(street, turning(), heading=Following(plausible=False))
+    verdict = judged_after(street, turning(), admitted=False)
     assert (verdict.status, verdict.evidence) == (PairStatus.NO_MEASUREMENT, Evidence.JERKED)
 
 
@@ -141,7 +145,7 @@ def test_where_only_dirt_agrees_the_yaw_is_rejected_in_auto_alone(street):
     verdict = judged_after(pictures, turning())
     assert (verdict.status, verdict.evidence) == (PairStatus.NO_MEASUREMENT, Evidence.FIXED)
     assert verdict.yaw.yaw is None
-    assert judged_after(pictures, turning(), CodeSource.HEADING).evidence is Evidence.TRUSTED
+    assert judged_after(pictures, turning(), enabled=False).evidence is Evidence.TRUSTED
 
 
 @pytest.mark.parametrize(('passing', 'evidence'), [
@@ -168,41 +172,41 @@ def test_where_the_road_slides_by_the_yaw_counts_but_is_no_evidence(
 
 
 def test_a_cut_does_not_make_the_next_scene_doubtful(street):
-    pictures = seen_through_dirt(street)
-    judge = Judge(CodeSource.AUTO)
-    judge.add_frame(pictures[0], None, 0.0)
-    for picture in pictures[1:]:
-        judge.judge(picture, turning(), Following(), 0.1)
-    verdict = judge.judge(street[0], turning(cut=True), Following(), 0.1)
-    assert verdict.evidence is Evidence.TRUSTED
+    guard, _ = guarded(seen_through_dirt(street), turning())
+    guard.interrupt()
+    pair, _ = examined(guard, street[0], turning())
+    assert judge(pair).evidence is Evidence.TRUSTED
 
 
 def test_what_is_fixed_is_told_when_it_is_found_and_kept_over_a_reset(street):
     """A bar that is never lit covers a quarter of the picture."""
-    judge, told = Judge(CodeSource.AUTO), []
-    judge.add_frame(street[0], None, 0.0)
+    guard, told = FixedGuard(enabled=True), []
+    guard.start(street[0])
     for picture in street[1:]:
         barred = picture.copy()
         barred[:, :40] = 0
-        told.append(judge.judge(barred, turning(), Following(), 0.1).areas_changed)
+        told.append(examined(guard, barred, turning())[1])
     assert any(told) and not told[0]
-    assert (judge.excluded[:, :35] == 0).all() and (judge.excluded[:, 60:] == 255).all()
-    judge.reset()
-    assert judge.excluded is not None
+    assert (guard.excluded[:, :35] == 0).all() and (guard.excluded[:, 60:] == 255).all()
+    guard.interrupt()
+    assert guard.excluded is not None
 
 
 @pytest.mark.parametrize('apart', [Comparison(gap=True), Comparison()])
 def test_frames_that_are_not_compared_end_what_was_seen_before(street, apart):
     pictures = seen_through_dirt(street)
-    judge = Judge(CodeSource.AUTO)
-    judge.add_frame(pictures[0], None, 0.0)
-    for picture in pictures[1:]:
-        judge.judge(picture, turning(), Following(), 0.1)
-    assert judge.judge(pictures[0], turning(), Following(), 0.1).evidence is Evidence.FIXED
-    judge.judge(pictures[1], apart, Following(), 9.0)
-    assert judge.judge(street[2], turning(), Following(), 0.1).evidence is Evidence.TRUSTED
+    guard, _ = guarded(pictures, turning())
+    pair, _ = examined(guard, pictures[0], turning())
+    assert judge(pair).evidence is Evidence.FIXED
+    examined(guard, pictures[1], apart, 9.0)
+    pair, _ = examined(guard, street[2], turning())
+    assert judge(pair).evidence is Evidence.TRUSTED
 
 
 def test_without_guards_nothing_is_left_out(street):
-    pictures = seen_through_dirt(street)
-    assert not judged_after(pictures, turning(), CodeSource.HEADING).areas_changed
+    """A bar that is never lit covers a quarter of the picture."""
+    barred = [picture.copy() for picture in street]
+    for picture in barred:
+        picture[:, :40] = 0
+    guard, _ = guarded(barred, turning(), enabled=False)
+    assert guard.excluded is None
