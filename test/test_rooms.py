@@ -22,8 +22,8 @@ FLOORS = {
         'errors topics', 'core', 'parameter_spec', 'parameters', 'io synthetic', 'tasks', 'ros',
         'cli'),
     'core': (
-        'codes', 'correlation', 'frames', 'fixed', 'camera', 'calibration', 'rotation', 'heading',
-        'road', 'path', 'localization', 'reliability', '*'),
+        'codes', 'correlation', 'frames', 'camera', 'calibration', 'rotation', 'heading', 'road',
+        'fixed', 'path', 'localization', 'reliability', '*'),
     'core.localization': (
         'settings given roads', 'estimate filter', 'fixes places', 'claim', 'locator'),
     'io': (

@@ -165,13 +165,14 @@ class Integration:
         newest, heading = self._trusted, self.heading
         assert newest is not None and heading is not None
         ahead = heading.foresee(waited_ns * 1e-9)
-        step = self.coder.code(PairStatus.OK, 0.0, ahead, interval_ns * 1e-9)
+        status = PairStatus.STILL if newest.status is PairStatus.STILL else PairStatus.OK
+        step = self.coder.code(status, 0.0, ahead, interval_ns * 1e-9)
         share = waited_ns / newest.interval_ns
         travel = newest.travel and newest.travel.part(share * newest.travel.distance, share)
         odometry = self.route.foresee(step, ahead.step, travel, stamp_ns, waited_ns)
         before, self._foreseen = self._foreseen, replace(
             newest, pair=self.frames - 2, stamp_ns=stamp_ns, interval_ns=waited_ns,
-            shift=ahead.shift, step=step, status=PairStatus.OK.coded(step), tip=self._tip,
+            shift=ahead.shift, step=step, status=status.coded(step), tip=self._tip,
             heading=ahead.step, turns=(), camera=self._camera_change(), cut=False,
             odometry=odometry, travel=travel, links=())
         return self._foreseen.after(before)

@@ -12,6 +12,7 @@ from phase_traj_ros.core.correlation.quality import Quality
 from phase_traj_ros.core.measuring import Comparison
 from phase_traj_ros.core.reliability.reason import Evidence
 from phase_traj_ros.core.reliability.tuning import TUNING
+from phase_traj_ros.core.road.travel import TravelState
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.status import PairStatus
 
@@ -55,7 +56,8 @@ def _status(pair: Comparison, admitted: bool, by_yaw: bool) -> PairStatus:
         return PairStatus.OK
     if not admitted:
         return PairStatus.NO_MEASUREMENT
-    return PairStatus.OK
+    stands = pair.travel is not None and pair.travel.state is TravelState.STANDING
+    return PairStatus.STILL if stands else PairStatus.OK
 
 
 def _evidence(pair: Comparison, admitted: bool) -> Evidence:

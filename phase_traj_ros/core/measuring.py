@@ -103,7 +103,8 @@ class PairMeter:
         self._format: tuple[tuple[int, ...], str, str] | None = None
         self._cuts = CutDetector()
         self._guard = FixedGuard(enabled=settings.guards)
-        self._road = RoadCamera(settings)
+        self._road = RoadCamera(
+            pitch_deg=settings.camera_pitch_deg, keyframes=settings.keyframes)
         self._rebuild()
 
     @property
@@ -129,7 +130,6 @@ class PairMeter:
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Apply other settings, which ``check`` has accepted."""
         before, self._settings = self._settings, settings
-        self._road.reconfigure(settings)
         if settings.code_source is not before.code_source:
             self._guard = FixedGuard(enabled=settings.guards)
             self._exclude()
@@ -163,7 +163,8 @@ class PairMeter:
         return (
             camera is not None and self._settings.by_heading
             and self._format == _form(frame, encoding) and not self._gap(times.interval)
-            and self._road.reaches(camera, (speed or 0.0) * (times.waited + times.interval))
+            and (self._road_camera is None or self._road.reaches(
+                camera, (speed or 0.0) * (times.waited + times.interval)))
             and camera.foresees(picture, times.waited, times.interval))
 
     def measure(
@@ -186,7 +187,8 @@ class PairMeter:
             stood=known.speed == 0.0 and self._settings.guards)
         if times.waited == 0.0:
             self._guard.start(picture)
-            self._road.start(picture, self.camera)
+            if self._road_camera is not None:
+                self._road.start(picture, self._road_camera)
             return pair
         if pair.cut:
             self._guard.interrupt()
@@ -198,9 +200,9 @@ class PairMeter:
             pair.quality, times.waited, speed=known.speed, yaw_rate=known.yaw_rate)
         if found.changed:
             self._exclude()
-        travel = self._road.measure(
-            picture, self.camera, pair.yaw, times.waited, still=found.quality is Quality.STILL,
-            interval_deviation=times.deviation)
+        travel = None if self._road_camera is None else self._road.measure(
+            picture, self._road_camera, pair.yaw, times.waited,
+            still=found.quality is Quality.STILL, interval_deviation=times.deviation)
         return replace(
             pair, quality=found.quality, blank=found.blank, fixed=found.fixed,
             slides=found.slides, travel=travel)
@@ -214,6 +216,11 @@ class PairMeter:
         if self._settings.by_heading and self.camera is not None:
             return self.camera.correlation_map()
         return self._correlator.correlation_map()
+
+    @property
+    def _road_camera(self) -> YawCamera | None:
+        """Return the camera if the distance is measured on the road."""
+        return self.camera if self._settings.measures_road else None
 
     def _compare(
         self, frame: Frame, picture: NDArray[np.uint8], times: PairTimes, encoding: str, *,

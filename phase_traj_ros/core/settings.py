@@ -216,6 +216,11 @@ class EstimatorSettings:
         return self.draws_heading or self.metric or self.code_step > 0
 
     @property
+    def measures_road(self) -> bool:
+        """Return whether the distance is measured on the road: a constant speed replaces it."""
+        return self.measures_distance and self.speed == 0.0
+
+    @property
     def length_unit(self) -> LengthUnit:
         """Return the unit of distances."""
         return LengthUnit.METRE if self.metric else LengthUnit.CAMERA_HEIGHT

@@ -14,14 +14,15 @@ from phase_traj_ros.core import (
     CodeSource,
     EstimatorSettings,
     Lens,
+    Movement,
     PairStatus,
     PathSource,
     TrajectoryEstimator,
     TravelState,
 )
-from phase_traj_ros.core.distance_meter import DistanceMeter
 from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.road.meter import RoadMeter
+from phase_traj_ros.core.road.road_camera import RoadCamera
 from phase_traj_ros.core.road.travel import Travel
 from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.synthetic import (
@@ -95,11 +96,11 @@ def test_the_distance_is_as_uncertain_as_the_focal_length():
         camera = YawCamera(Lens(estimate=CameraEstimate(
             width=model.width, height=model.height, focal_px=model.fx,
             focal_deviation=deviation)))
-        meter = DistanceMeter(settings())
+        road = RoadCamera()
         camera.measure(frames[0], 0.1)
-        meter.start(frames[0], camera)
+        road.start(frames[0], camera)
         found[deviation] = [
-            meter.update(frame, camera, camera.measure(frame, 0.1), PairStatus.OK, 0, S // 10)
+            road.measure(frame, camera, camera.measure(frame, 0.1), 0.1)
             for frame in frames[1:20]][-1]
     sure, doubtful = found.values()
     assert doubtful.distance == pytest.approx(sure.distance)
@@ -267,6 +268,10 @@ def test_a_vehicle_that_stands_goes_exactly_nowhere():
     standing = updates[20:27]
     assert {update.travel.state for update in standing} == {TravelState.STANDING}
     assert {update.travel.distance for update in standing} == {0.0}
+    assert {update.status for update in standing} == {PairStatus.STILL}
+    assert {update.step.movement for update in standing} == {Movement.NO_CHANGE}
+    assert {update.status for update in updates[30:]} == {PairStatus.OK}
+    assert estimator.reliability.reliable
     assert {update.travel.state for update in updates[34:]} == {TravelState.MEASURED}
 
 
@@ -357,37 +362,32 @@ def test_reversing_goes_back():
 
 
 def test_frames_are_left_out_while_the_road_is_measured_and_stays_in_view():
-    meter = DistanceMeter(settings(camera_height=1.5))
-    assert meter.reaches(1.0)
     frames, _, model, _ = street()
-    camera = YawCamera(Lens(camera=model))
+    road, camera = RoadCamera(), YawCamera(Lens(camera=model))
+    assert road.reaches(camera, 1.0)
     camera.measure(frames[0], 0.1)
-    meter.start(frames[0], camera)
+    road.start(frames[0], camera)
 
     def add(frame):
-        return meter.update(
-            frame, camera, camera.measure(frame, 0.1), PairStatus.OK, 0, S // 10).state
+        return road.measure(frame, camera, camera.measure(frame, 0.1), 0.1).state
 
-    assert not meter.reaches(0.04)
+    assert not road.reaches(camera, 0.1)
     assert [add(frame) for frame in frames[1:5]][-1] is TravelState.MEASURED
-    assert meter.reaches(0.04) and not meter.reaches(1.0)
-    speed, meter.heights_per_second = meter.heights_per_second, 20.0
-    assert meter.reaches(0.04) and not meter.reaches(0.08)
-    meter.heights_per_second = speed
+    # A fifth of the length of the patches, in heights of the camera.
+    assert road.reaches(camera, 0.9) and not road.reaches(camera, 1.1)
     # The speed is in doubt after half a second without a measurement.
     grey = np.full_like(frames[5], 128)
-    assert add(grey) is TravelState.BRIDGED and meter.reaches(0.04)
+    assert add(grey) is TravelState.BRIDGED and road.reaches(camera, 0.1)
     assert {add(grey) for _ in range(5)} == {TravelState.BRIDGED}
-    assert not meter.reaches(0.04)
+    assert not road.reaches(camera, 0.1)
 
 
 def test_frames_are_left_out_where_no_road_is_in_view():
     frames, _, model, _ = street()
-    meter = DistanceMeter(settings(camera_height=1.5, camera_pitch_deg=-50.0))
+    road = RoadCamera(pitch_deg=-50.0)
     camera = YawCamera(Lens(camera=model))
     camera.measure(frames[0], 0.1)
-    meter.start(frames[0], camera)
-    assert not meter.reaches(0.04)
-    unknown = meter.update(
-        frames[1], camera, camera.measure(frames[1], 0.1), PairStatus.OK, 0, S // 10)
-    assert unknown.state is TravelState.UNKNOWN and meter.reaches(0.04)
+    road.start(frames[0], camera)
+    assert not road.reaches(camera, 0.1)
+    unknown = road.measure(frames[1], camera, camera.measure(frames[1], 0.1), 0.1)
+    assert unknown.state is TravelState.UNKNOWN and road.reaches(camera, 0.1)

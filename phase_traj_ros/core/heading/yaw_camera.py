@@ -55,7 +55,8 @@ class YawCamera:
         self._learned = False
         # The newest frame, for a new meter.
         self._newest_frame: NDArray[np.uint8] | None = None
-        self._rotate_180 = rotate_180
+        self.rotate_180 = rotate_180
+        """Whether the camera is mounted upside down."""
         self._weights = PixelWeights(mask)
         self._meter: YawMeter | None = None
         self._shape: tuple[int, ...] = ()
@@ -89,7 +90,7 @@ class YawCamera:
     def model(self) -> CameraModel:
         """Return the camera model of the upright image, for frames like the newest one."""
         camera = self.lens.camera_for((self._shape[0], self._shape[1]))
-        return camera.turned_180() if self._rotate_180 and self.lens.camera else camera
+        return camera.turned_180() if self.rotate_180 and self.lens.camera else camera
 
     @property
     def pixel_weights(self) -> NDArray[np.float32] | None:
@@ -111,8 +112,8 @@ class YawCamera:
 
     def set_upside_down(self, upside_down: bool) -> None:
         """Continue with the camera mounted this way up; the next frame is the first of a pair."""
-        if upside_down != self._rotate_180:
-            self._rotate_180 = upside_down
+        if upside_down != self.rotate_180:
+            self.rotate_180 = upside_down
             self._meter = None
             if self._learning is not None:
                 # The learned tilt applies to the other mounting.
@@ -170,7 +171,7 @@ class YawCamera:
             # Not the shift of the whole image: in a gentle bend, parallax may exceed the yaw.
             yaw = None if measurement is None or measurement.is_traffic else measurement.yaw
             self._learned |= self._learning.update(
-                upright(frame, rotate_180=self._rotate_180),
+                upright(frame, rotate_180=self.rotate_180),
                 0.0 if yaw is None else self._focal[0] * limited_tan(yaw), interval)
         return measurement
 
@@ -217,7 +218,7 @@ class YawCamera:
 
     def _update_learning_mask(self) -> None:
         if self._learning is not None:
-            self._learning.use_mask(self._weights.as_seen(rotate_180=self._rotate_180))
+            self._learning.use_mask(self._weights.as_seen(rotate_180=self.rotate_180))
 
     def _adopt_estimate(self, estimate: CameraEstimate) -> float | None:
         """Continue with the camera learned from the drive, if it differs or is known better."""
@@ -247,10 +248,10 @@ class YawCamera:
         if self._weights.mask is not None:
             check_size(frame, self._weights.mask)
         camera = lens.camera_for((frame.shape[0], frame.shape[1]))
-        if self._rotate_180 and not lens.camera:
+        if self.rotate_180 and not lens.camera:
             # Numbers and estimates describe the upright image, calibrations the frames.
             camera = camera.turned_180()
-        projection = CylinderProjection(camera, rotate_180=self._rotate_180)
+        projection = CylinderProjection(camera, rotate_180=self.rotate_180)
         meter = YawMeter(projection, mask=self._weights.mask, keyframes=self._keyframes)
         if self._weights.keep_for(frame.shape):
             meter.use_mask(self._weights.current)

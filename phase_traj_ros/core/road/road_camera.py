@@ -12,22 +12,22 @@ from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.travel import Travel
 from phase_traj_ros.core.road.tuning import TUNING
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
-from phase_traj_ros.core.settings import EstimatorSettings
 
 
 class RoadCamera:
-    """Measures the distance of each pair in camera heights, if the settings require it."""
+    """Measures the distance of each pair in camera heights, with the current lens and mask."""
 
-    def __init__(self, settings: EstimatorSettings) -> None:
-        """Make a camera before its first frame."""
-        self._settings = settings
+    def __init__(self, *, pitch_deg: float = 0.0, keyframes: bool = True) -> None:
+        """
+        Make a camera before its first frame.
+
+        ``pitch_deg`` is its pitch relative to the road, positive down, 0 to estimate it. With
+        ``keyframes``, a frame may be compared with an earlier one than its predecessor.
+        """
+        self._pitch, self._keyframes = math.radians(pitch_deg), keyframes
         self._meter: RoadMeter | None = None
         self._form: tuple[Lens, tuple[int, ...], bool] | None = None
         self._newest: Frame | None = None
-
-    def reconfigure(self, settings: EstimatorSettings) -> None:
-        """Continue with other settings."""
-        self._settings = settings
 
     def forget(self) -> None:
         """Restart with the next frame; the pitch of the camera is kept."""
@@ -35,23 +35,20 @@ class RoadCamera:
         if self._meter is not None:
             self._meter.forget()
 
-    def start(self, frame: Frame, camera: YawCamera | None) -> None:
+    def start(self, frame: Frame, camera: YawCamera) -> None:
         """Add a frame, (H, W), that is the first of a pair; it must not change afterwards."""
-        if camera is not None and self._enabled:
-            self._follow(camera, frame).start(frame)
-            self._newest = frame
+        self._follow(camera, frame).start(frame)
+        self._newest = frame
 
     def measure(
-        self, frame: Frame, camera: YawCamera | None, yaw: YawMeasurement | None, interval: float,
-        *, still: bool, interval_deviation: float,
-    ) -> Travel | None:
+        self, frame: Frame, camera: YawCamera, yaw: YawMeasurement | None, interval: float, *,
+        still: bool = False, interval_deviation: float = 0.0,
+    ) -> Travel:
         """
-        Add the next frame and return the distance of its pair; None if it is not required.
+        Add the next frame and return the distance of its pair.
 
         See ``RoadMeter.update``; ``yaw`` is None if the frames cannot be compared.
         """
-        if camera is None or not self._enabled:
-            return None
         travel = self._follow(camera, frame).update(
             frame, interval, None if yaw is None else yaw.motion,
             yaw=None if yaw is None else yaw.yaw, still=still,
@@ -61,31 +58,25 @@ class RoadCamera:
 
     def reaches(self, camera: YawCamera, distance: float) -> bool:
         """Return whether the road can still be compared after this distance in camera heights."""
-        if self._newest is None or not self._enabled:
-            return True
-        return (not self._follow(camera, self._newest).needs_every_frame
-                and distance <= TUNING.max_foreseen_slide)
-
-    @property
-    def _enabled(self) -> bool:
-        """Return whether the distance is measured on the road; a constant speed replaces it."""
-        return self._settings.measures_distance and self._settings.speed == 0.0
+        return self._newest is None or (
+            not self._follow(camera, self._newest).needs_every_frame
+            and distance <= TUNING.max_foreseen_slide)
 
     def _follow(self, camera: YawCamera, frame: Frame) -> RoadMeter:
         """Return the meter for the current lens and mask."""
-        lens, upside_down = camera.lens, self._settings.view.rotate_180
-        form = (lens, frame.shape, upside_down)
+        lens = camera.lens
+        form = (lens, frame.shape, camera.rotate_180)
         if form == self._form and self._meter is not None:
             self._meter.use_mask(camera.pixel_weights)
             return self._meter
         speeds = None if self._meter is None else self._meter.speed_filter
         if speeds is not None:
             speeds.deviation += TUNING.lens_change_error * abs(speeds.speed)
-        horizon, given = lens.horizon, math.radians(self._settings.camera_pitch_deg)
+        horizon = replace(lens.horizon, pitch=self._pitch) if self._pitch else lens.horizon
         self._form, self._meter = form, RoadMeter(
-            camera.model, replace(horizon, pitch=given) if given else horizon,
-            pitch_known=lens.pitch_known or given != 0.0, rotate_180=upside_down,
-            mask=camera.pixel_weights, speed_filter=speeds, keyframes=self._settings.keyframes)
+            camera.model, horizon, pitch_known=lens.pitch_known or self._pitch != 0.0,
+            rotate_180=camera.rotate_180, mask=camera.pixel_weights, speed_filter=speeds,
+            keyframes=self._keyframes)
         if self._newest is not None and self._newest.shape == frame.shape:
             self._meter.start(self._newest)
         return self._meter
