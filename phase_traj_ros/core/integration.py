@@ -132,14 +132,14 @@ class Integration:
         The update is relative to the newest frame, also if that was foreseen.
         """
         interval = interval_ns * 1e-9
+        travel = None if self.heading is None else self.distance_meter.update(
+            pair.travel, verdict.status, stamp_ns, interval_ns)
         heading = self._add_heading(verdict, stamp_ns, interval)
         self.counters.count(verdict.status)
         dx = None if pair.used is None else self._settings.view.full_shift(pair.used).dx
         step = self.coder.code(verdict.status, dx, heading, interval)
         status = verdict.status.coded(step)
         turned = None if heading is None else heading.step
-        travel = None if self.heading is None else self.distance_meter.update(
-            pair.travel, status, stamp_ns, interval_ns)
         odometry, links = self.route.add(
             step, turned, travel, stamp_ns, interval_ns, interval_deviation=interval_deviation)
         cut = pair.cut and self._settings.guards
