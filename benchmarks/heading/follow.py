@@ -58,10 +58,12 @@ class Result:
 class Follower:
     """Follows one camera like the node, given the focal length only."""
 
-    def __init__(self, ride: Ride, focal_px: float | None = None) -> None:
+    def __init__(
+        self, ride: Ride, focal_px: float | None = None, *, source: CodeSource = CodeSource.AUTO,
+    ) -> None:
         self._ride = ride
         self._estimator = TrajectoryEstimator(EstimatorSettings(
-            code_source=CodeSource.AUTO, lens=Lens(focal_px=focal_px or ride.camera.focal)))
+            code_source=source, lens=Lens(focal_px=focal_px or ride.camera.focal)))
         self._codes = HeadingCode()
         self._headings = [0.0]
         self._turns: list[Turn] = []

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lens of a camera: from parameters, a calibration, the drive, or a guess."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 import math
 
@@ -47,8 +47,9 @@ class Lens:
     """
     The lens of a camera, from one of the first four fields. The first one given is used.
 
-    Parameters of the user take precedence over a calibration. Sources that are not used become
-    None, and the other fields are those of an estimate that is used.
+    Parameters of the user take precedence over a calibration. Sources that are not used become 0
+    or None, and the other fields are those of an estimate that is used. What the lens gives, its
+    focal length, mounting and uncertainty, is determined once.
 
     Raises
     ------
@@ -75,23 +76,32 @@ class Lens:
     """Roll in degrees, positive right side down."""
     assumed: bool = False
     """Whether the values are a guess."""
+    origin: LensOrigin = field(init=False, compare=False)
+    """Origin of the values."""
+    horizon: Horizon = field(init=False, compare=False)
+    """Tilt of the camera relative to the road."""
+    pitch_known: bool = field(init=False, compare=False)
+    """Whether the pitch was given; 0 is an unknown pitch."""
+    focal_deviation: float = field(init=False, compare=False, default=0.0)
+    """Relative standard deviation of the focal length; 0 if it is given."""
+    # The horizontal focal length in pixels, or, if that is 0, in image widths.
+    _focal: float = field(init=False, compare=False, repr=False, default=0.0)
+    _focal_widths: float = field(init=False, compare=False, repr=False, default=0.0)
 
     def __post_init__(self) -> None:
-        """Check the values, and keep the source that is used."""
+        """Check the values, and determine what the source that is used gives."""
         if self.focal_px or self.hfov_deg:
-            object.__setattr__(self, 'camera', None)
-        if self.focal_px or self.hfov_deg or self.camera is not None:
-            object.__setattr__(self, 'estimate', None)
-        if not (self.focal_px or self.hfov_deg or self.camera or self.estimate):
+            self._set(origin=LensOrigin.GIVEN, camera=None, estimate=None)
+        elif self.camera is not None:
+            self._set(origin=LensOrigin.CALIBRATION, estimate=None, _focal=self.camera.fx)
+        elif self.estimate is not None:
+            self._set(origin=LensOrigin.DRIVE)
+            self._take(self.estimate)
+            return
+        else:
             raise ValueError(
                 'neither focal_px nor hfov_deg nor a calibration of the camera is given: give one'
                 ' of them')
-        if self.estimate is not None:
-            # It has been checked.
-            for name in ('straightness', 'pitch_deg', 'roll_deg'):
-                object.__setattr__(self, name, getattr(self.estimate, name))
-            object.__setattr__(self, 'offset', self.estimate.column_px / self.estimate.width)
-            return
         check_tilt('pitch_deg', self.pitch_deg)
         check_tilt('roll_deg', self.roll_deg)
         if not abs(self.offset) <= 0.5:
@@ -102,35 +112,30 @@ class Lens:
             raise ValueError(
                 f'hfov_deg is {self.hfov_deg}: with a straightness of {self.straightness:g}, give'
                 f' degrees from {MIN_HFOV_DEG} to less than {most:.0f} degrees, or 0')
-
-    @property
-    def origin(self) -> LensOrigin:
-        """Return the origin of the values."""
+        if self.focal_px:
+            self._set(_focal=self.focal_px, hfov_deg=0.0)
+        elif self.hfov_deg:
+            self._set(_focal_widths=max(_LEAST_FOCAL, focal_px_of(
+                self.hfov_deg, 1, self.straightness, column=self.offset)))
+        horizon = Horizon(math.radians(self.pitch_deg), math.radians(self.roll_deg))
+        self._set(
+            horizon=replace(horizon, roll_deviation=0.0) if self.roll_deg else horizon,
+            pitch_known=self.pitch_deg != 0.0)
         if self.assumed:
-            return LensOrigin.ASSUMED
-        if self.focal_px or self.hfov_deg:
-            return LensOrigin.GIVEN
-        return LensOrigin.CALIBRATION if self.estimate is None else LensOrigin.DRIVE
+            self._set(origin=LensOrigin.ASSUMED, focal_deviation=TUNING.assumed_deviation)
 
-    @property
-    def horizon(self) -> Horizon:
-        """Return the tilt of the camera relative to the road."""
-        if self.estimate is not None:
-            return self.estimate.horizon
-        given = Horizon(math.radians(self.pitch_deg), math.radians(self.roll_deg))
-        return replace(given, roll_deviation=0.0) if self.roll_deg else given
+    def _take(self, estimate: CameraEstimate) -> None:
+        """Use an estimate, which has been checked."""
+        self._set(
+            straightness=estimate.straightness, pitch_deg=estimate.pitch_deg,
+            roll_deg=estimate.roll_deg, offset=estimate.column_px / estimate.width,
+            horizon=estimate.horizon, pitch_known=False,
+            focal_deviation=estimate.focal_deviation,
+            _focal_widths=estimate.focal_px / estimate.width)
 
-    @property
-    def pitch_known(self) -> bool:
-        """Return whether the pitch was given; 0 is an unknown pitch."""
-        return self.pitch_deg != 0.0 and self.estimate is None
-
-    @property
-    def focal_deviation(self) -> float:
-        """Return the relative standard deviation of the focal length; 0 if it is given."""
-        if self.assumed:
-            return TUNING.assumed_deviation
-        return 0.0 if self.estimate is None else self.estimate.focal_deviation
+    def _set(self, **values: object) -> None:
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
 
     @property
     def tilt(self) -> float:
@@ -143,21 +148,13 @@ class Lens:
 
     def focal_for(self, width: int) -> float:
         """Return the horizontal focal length in pixels for frames ``width`` pixels wide."""
-        if self.focal_px:
-            return self.focal_px
-        if self.hfov_deg:
-            return max(_LEAST_FOCAL * width, focal_px_of(
-                self.hfov_deg, width, self.straightness, column=self.offset * width))
-        if self.camera is not None:
-            return self.camera.fx
-        assert self.estimate is not None
-        return self.estimate.focal_px * width / self.estimate.width
+        return self._focal or self._focal_widths * width
 
     def hfov_for(self, width: int) -> float:
         """Return the horizontal field of view in degrees for frames ``width`` pixels wide."""
         if self.camera is not None:
             return self.camera.hfov_deg
-        if not self.focal_px and self.hfov_deg:
+        if self.hfov_deg:
             return self.hfov_deg
         lens = OneNumberLens(self.focal_for(width), self.straightness)
         return lens.hfov_deg(width, column=self.offset * width)
