@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from functools import partial
 import gc
 import hashlib
+import importlib
 import json
 import os
 from pathlib import Path
@@ -43,7 +44,8 @@ OUT = ROOT / 'out' / 'mutants'
 CORE = Path('phase_traj_ros/core')
 #: What is mutated: rooms, and the state machine.
 TARGETS = ('path', 'road', 'rotation', 'heading', 'reliability', 'codes/from_shift.py',
-           'codes/from_turns.py', 'codes/from_heading.py', 'codes/chain.py', 'judge.py')
+           'codes/from_turns.py', 'codes/from_heading.py', 'codes/chain.py', 'judge.py',
+           'fixed/guard.py', 'distance_meter.py')
 # Memory of a test in bytes: a fault may make a loop endless.
 _MEMORY = 4 << 30
 
@@ -303,6 +305,10 @@ def main() -> None:
             return True
 
     sys.path.insert(0, str(ROOT))
+    package = importlib.import_module('phase_traj_ros')
+    if not str(package.__file__).startswith(f'{ROOT}{os.sep}'):
+        raise SystemExit(
+            f'the tests would import {package.__file__}: install {ROOT} in this environment')
     # The output of a test is dropped where it runs.
     options = ['-q', '-s', '-p', 'no:randomly', '-p', 'no:cacheprovider', '--rootdir', str(ROOT)]
     ended = pytest.main([*options, str(ROOT / 'test' / 'core')], [Plugin()])

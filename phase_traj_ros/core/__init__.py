@@ -10,6 +10,7 @@ steps: ``frames.prepare`` (check and convert it), ``measuring`` (compare it with
 """
 
 from phase_traj_ros.core.camera.estimate import CameraEstimate
+from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
@@ -80,6 +81,7 @@ __all__ = [
     'GateSettings',
     'HeadingCode',
     'HeadingStep',
+    'Horizon',
     'LengthUnit',
     'Lens',
     'LensOrigin',

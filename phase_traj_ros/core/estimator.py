@@ -8,7 +8,7 @@ import time
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
-from phase_traj_ros.core.camera.lens import ASSUMED_HFOV_DEG, Lens
+from phase_traj_ros.core.camera.lens import ASSUMED_HFOV_DEG, Lens, LensOrigin
 from phase_traj_ros.core.codes.chain import ChainCode
 from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
@@ -161,12 +161,15 @@ class TrajectoryEstimator:
 
         """
         if self.heading is not None:
-            if lens != self.heading.camera.lens:
+            if lens not in (self.heading.camera.lens, self.heading.camera.given):
                 self._integration.stop_foreseeing()
                 self._repeats = RepeatDetector()
             self.heading.use_lens(lens)
         elif self._settings.measures_heading:
-            self._make_heading(lens)
+            # The principal point of a camera is rarely at the centre of its images.
+            learns = (self._settings.code_source is CodeSource.AUTO and lens.offset == 0.0
+                      and lens.origin is LensOrigin.GIVEN)
+            self._make_heading(lens, learning=SelfCalibration(lens) if learns else None)
         else:
             raise ValueError('no setting requires a lens: give the lens in the settings')
 

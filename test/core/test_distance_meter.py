@@ -213,6 +213,21 @@ def test_the_speed_in_doubt_after_another_lens():
     assert math.sqrt(update.travel.variance) > 0.25 * update.travel.distance
 
 
+def test_a_lens_that_changes_while_the_vehicle_stands():
+    """Its pitch is learned anew from the motion, although the speed was known to be 0."""
+    frames, _, model, _ = street()
+    estimator = TrajectoryEstimator(settings(camera_height=1.65))
+    order, updates = [*range(12), *[12] * 15, *range(13, 40)], []
+    for place, index in enumerate(order):
+        if place == 20:
+            estimate = CameraEstimate(
+                width=model.width, height=model.height, focal_px=model.fx, focal_deviation=0.02)
+            estimator.use_lens(Lens(estimate=estimate))
+        frame = sensor_noise(frames[index], sigma=1.0, seed=place)
+        updates.append(estimator.update(frame, place * S // 10))
+    assert {update.travel.state for update in updates[-8:]} == {TravelState.MEASURED}
+
+
 def test_after_a_cut_the_speed_before_it_says_nothing():
     frames, stamps, _, steps = street()
     # Every third frame of the first scene: three times as fast as the second one, mirrored.

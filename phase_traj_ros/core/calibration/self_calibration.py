@@ -7,16 +7,19 @@ Fits to points tracked through turns (``turn_fit``) update a prior over cameras.
 focal lengths and straightnesses, so a wrong fit is outvoted, and the memory is constant.
 """
 
+from dataclasses import replace
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.calibration.algebra import Numbers
+from phase_traj_ros.core.calibration.column_filter import ColumnFilter
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_fit import fit_turn, TurnFit
 from phase_traj_ros.core.calibration.turn_tracks import TurnTracker, TurnTracks
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.horizon import HorizonEstimator
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
 from phase_traj_ros.core.camera.tuning import TUNING as CAMERA
 from phase_traj_ros.core.correlation.phase_correlation import Frame
@@ -32,11 +35,15 @@ class SelfCalibration:
     """
     Learns lens and horizon of a camera during the drive.
 
-    Deterministic: the same frames give the same estimate.
+    Of a lens that is given, it learns the column of the principal point only. Deterministic: the
+    same frames give the same estimate.
     """
 
-    def __init__(self) -> None:
-        """Make an estimator before the first frame."""
+    def __init__(self, given: Lens | None = None) -> None:
+        """Make an estimator before the first frame; ``given`` is a lens with a focal length."""
+        self.given = given
+        """The lens that was given; None if all is learned."""
+        self._column: ColumnFilter | None = None
         self._tracker = TurnTracker()
         # Shape of the frames; (0, 0) before the first.
         self._shape = (0, 0)
@@ -62,6 +69,10 @@ class SelfCalibration:
         """Number of parts of turns that were used."""
         self._frames, self._attempts = 0, 0
         self._estimate: CameraEstimate | None = None
+        if self.given is not None and self._shape != (0, 0):
+            width = self._shape[1]
+            self._column = ColumnFilter(
+                self.given.focal_for(width), self.given.straightness, width)
 
     def use_mask(self, mask: NDArray[np.uint8] | None) -> None:
         """Use another mask (H, W), 0 for ignored pixels, for turns that start from now on."""
@@ -108,6 +119,19 @@ class SelfCalibration:
         self._learn(self._tracker.finish())
 
     @property
+    def settled(self) -> bool:
+        """Return whether nothing remains to be learned."""
+        return self._column is not None and (
+            self._column.deviation < TUNING.known_column * self._shape[1])
+
+    @property
+    def lens(self) -> Lens:
+        """Return the lens that was learned."""
+        if self.given is None or self._column is None:
+            return Lens(estimate=self.estimate)
+        return replace(self.given, offset=self._column.column / self._shape[1])
+
+    @property
     def estimate(self) -> CameraEstimate:
         """Return the current estimate for frames of the size so far; at first, the prior."""
         if self._estimate is not None:
@@ -135,6 +159,9 @@ class SelfCalibration:
         if fit is None:
             return False
         self.turns += 1
+        if self._column is not None:
+            self._column.add(fit)
+            return True
         self._log_lens += _log_likelihood(fit, width)
         own = TUNING.deviation_factor ** 2 * float(fit.covariance[2, 2]) / width ** 2
         variance = TUNING.column_error ** 2 + own
@@ -147,6 +174,10 @@ class SelfCalibration:
     def _fit(self, tracks: TurnTracks, width: int) -> TurnFit | None:
         """Fit from the estimate; if that fails, from other start values."""
         fit = None
+        if self.given is not None and self._column is not None:
+            lens = self.given.focal_for(width), self.given.straightness, self._column.column
+            fit = fit_turn(tracks, [lens], width=width)
+            return self._usable(fit, tracks, width)
         if self.turns and self.estimate.focal_deviation < TUNING.known_focal_deviation:
             known = self.estimate
             fit = fit_turn(
@@ -160,6 +191,10 @@ class SelfCalibration:
                 factor = TUNING.other_cost if fit is not None and fit.ambiguous else 1.0
                 if fit is None or (refit is not None and factor * refit.cost < fit.cost):
                     fit = refit
+        return self._usable(fit, tracks, width)
+
+    def _usable(self, fit: TurnFit | None, tracks: TurnTracks, width: int) -> TurnFit | None:
+        """Return a fit to the points of the static scene; None if it is not usable."""
         if fit is None or fit.ambiguous:
             return None
         if fit.cost > TUNING.max_cost:

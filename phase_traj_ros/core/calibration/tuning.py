@@ -184,6 +184,19 @@ class CalibrationTuning:
     """...of the straightness, ..."""
     column_error: float = 0.015
     """...and of the column, in widths."""
+    given_focal_deviation: float = 0.01
+    """Standard deviation of the logarithm of a given focal length, ..."""
+    given_straightness_deviation: float = 0.03
+    """...of a given straightness, ..."""
+    given_column_deviation: float = 0.015
+    """...and of the column of the principal point of such a lens, in widths: those of KITTI are
+    0.010 off the centre..."""
+    given_column_error: float = 0.003
+    """...with this error of each fit, ..."""
+    given_gate: float = 2.5
+    """...a larger one beyond these standard deviations, ..."""
+    known_column: float = 0.003
+    """...until the column is known to this deviation, in widths."""
     degrees_of_freedom: float = 4.0
     """Degrees of freedom of Student's distribution, as large errors are not rare."""
     free_fits: int = 4

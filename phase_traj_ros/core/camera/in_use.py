@@ -76,7 +76,8 @@ class CameraInUse:
             return f'{focal}, from the calibration'
         seen = f'field of view {self.hfov_deg:.0f} degrees, {focal}'
         if self.origin is LensOrigin.GIVEN:
-            return f'{seen}, from the parameters'
+            aside = f'; principal point {self.offset:+.1%} of the width' if self.offset else ''
+            return f'{seen}, from the parameters{aside}'
         if self.interval_px is None:
             return f'{seen}, assumed until a turn determines it'
         least, most = self.interval_px

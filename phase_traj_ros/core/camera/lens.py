@@ -161,10 +161,11 @@ class Lens:
 
     def is_close_to(self, other: 'Lens', width: int) -> bool:
         """Return whether another lens is nearly equal for frames ``width`` pixels wide."""
+        offset = TUNING.same_offset if self.origin is LensOrigin.GIVEN else TUNING.same_lens
         return (
             abs(math.log(self.focal_for(width) / other.focal_for(width))) < TUNING.same_lens
             and abs(self.straightness - other.straightness) < TUNING.same_straightness
-            and abs(self.offset - other.offset) < TUNING.same_lens
+            and abs(self.offset - other.offset) < offset
             and abs(self.tilt / other.tilt - 1.0) < TUNING.same_lens)
 
     def camera_for(self, shape: tuple[int, int]) -> CameraModel:

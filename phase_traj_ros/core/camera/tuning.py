@@ -59,7 +59,9 @@ class CameraTuning:
     slow corners of 90 degrees that a camera of 130 degrees never saw as turns were reliable."""
     same_lens: float = 0.01
     """Lenses are equal if their focal lengths (relative), offsets (in widths) and tilts (cosine)
-    differ by less than this..."""
+    differ by less than this, ..."""
+    same_offset: float = 0.002
+    """...the offsets of given lenses by less than this, ..."""
     same_straightness: float = 0.05
     """...and their straightnesses by less than this."""
     max_focal_ratio: float = 1.5

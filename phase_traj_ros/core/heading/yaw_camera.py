@@ -43,14 +43,15 @@ class YawCamera:
         mask
             Weight of each pixel of the frames, (H, W), 0 to 1.
         learning
-            Self-calibration, if ``lens`` is a guess. The camera that it finds replaces ``lens``.
+            Self-calibration, if ``lens`` is not all that is to be known. What it finds replaces
+            ``lens``.
         keyframes
             Whether a frame may be compared with an earlier one than its predecessor.
 
         """
         self._keyframes = keyframes
-        self.lens = lens
-        """Lens in use."""
+        self.lens = self.given = lens
+        """Lens in use, and the one that was given or assumed before anything was learned."""
         self._learning = learning
         self._learned = False
         # The newest frame, for a new meter.
@@ -72,9 +73,10 @@ class YawCamera:
     @property
     def learned(self) -> CameraEstimate | None:
         """Return the camera learned from the drive; None before a turn, or if it is known."""
-        if self._learning is None or self._learning.turns == 0:
+        learning = self._learning
+        if learning is None or learning.given is not None or learning.turns == 0:
             return None
-        return self._learning.estimate
+        return learning.estimate
 
     @property
     def focal_px(self) -> float:
@@ -104,9 +106,10 @@ class YawCamera:
         Return the factor that corrects the angles that were measured with the previous lens, 1 if
         that was not a guess. An equal lens has no effect: the factor is None.
         """
-        if lens == self.lens:
+        if lens in (self.lens, self.given):
             return None
         factor = self._set_lens(lens)
+        self.given = lens
         self._meter = self._learning = self._newest_frame = None
         return factor
 
@@ -184,7 +187,7 @@ class YawCamera:
         if self._learning is None:
             return None
         self._learning.add_stamp(stamp_ns)
-        return self._adopt_estimate(self._learning.estimate) if self._learned else None
+        return self._adopt(self._learning.lens) if self._learned else None
 
     def cut(self) -> None:
         """Learn nothing from a motion across the newest frame, the first one of a scene."""
@@ -220,11 +223,12 @@ class YawCamera:
         if self._learning is not None:
             self._learning.use_mask(self._weights.as_seen(rotate_180=self.rotate_180))
 
-    def _adopt_estimate(self, estimate: CameraEstimate) -> float | None:
-        """Continue with the camera learned from the drive, if it differs or is known better."""
+    def _adopt(self, lens: Lens) -> float | None:
+        """Continue with the lens learned from the drive, if it differs or is known better."""
         self._learned = False
         assert self._newest_frame is not None and self.in_use is not None
-        lens = Lens(estimate=estimate)
+        if self._learning is not None and self._learning.settled:
+            self._learning = None
         if self.in_use.settled and lens.is_close_to(self.lens, self._newest_frame.shape[1]):
             return None
         try:

@@ -33,7 +33,8 @@ class RoadMeter:
     def __init__(
         self, camera: CameraModel, horizon: Horizon, *, pitch_known: bool = False,
         rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
-        speed_filter: SpeedFilter | None = None, keyframes: bool = True,
+        speed_filter: SpeedFilter | None = None, tilt: RoadTilt | None = None,
+        keyframes: bool = True,
     ) -> None:
         """
         Make a meter that waits for its first frame.
@@ -41,13 +42,13 @@ class RoadMeter:
         ``camera`` is the model of the upright image, ``horizon`` its prior tilt relative to the
         road, the pitch of which is exact if ``pitch_known``. The frames are upside down with
         ``rotate_180``, and ``mask`` is the weight of each of their pixels, (H, W), 0 to 1.
-        ``speed_filter`` holds the prior speed. With ``keyframes``, a frame may be compared with
-        an earlier one than its predecessor.
+        ``speed_filter`` holds the prior speed, ``tilt`` the pitch if it is known better. With
+        ``keyframes``, a frame may be compared with an earlier one than its predecessor.
         """
         self._keyframes = keyframes
         self._camera, self._horizon = camera, horizon
         self._rotate_180, self._mask = rotate_180, mask
-        self.tilt = RoadTilt(horizon, fixed=pitch_known)
+        self.tilt = RoadTilt(horizon, fixed=pitch_known) if tilt is None else tilt
         """Pitch of the camera relative to the road."""
         self.speed_filter = SpeedFilter() if speed_filter is None else speed_filter
         """Speed of the vehicle."""
@@ -102,7 +103,8 @@ class RoadMeter:
             return self.speed_filter.stand(interval)
         if motion is not None:
             driven = self.speed_filter.speed * max(motion.age, interval)
-            if not self.speed_filter.known or driven > TUNING.min_slide:
+            speeds = self.speed_filter
+            if not speeds.known or speeds.doubtful or driven > TUNING.min_slide:
                 self.tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
             turn = (motion.yaw, self._pitch_change(motion.pitch, interval), motion.roll)
         elif yaw is not None:

@@ -64,19 +64,23 @@ class RoadCamera:
 
     def _follow(self, camera: YawCamera, frame: Frame) -> RoadMeter:
         """Return the meter for the current lens and mask."""
-        lens = camera.lens
+        lens, before = camera.lens, self._meter
         form = (lens, frame.shape, camera.rotate_180)
-        if form == self._form and self._meter is not None:
-            self._meter.use_mask(camera.pixel_weights)
-            return self._meter
-        speeds = None if self._meter is None else self._meter.speed_filter
-        if speeds is not None:
+        if form == self._form and before is not None:
+            before.use_mask(camera.pixel_weights)
+            return before
+        speeds = tilt = None
+        if self._form is not None and before is not None:
+            speeds = before.speed_filter
             speeds.deviation += TUNING.lens_change_error * abs(speeds.speed)
+            # The column of the principal point alone does not change the pitch.
+            if lens.horizon == self._form[0].horizon:
+                tilt = before.tilt
         horizon = replace(lens.horizon, pitch=self._pitch) if self._pitch else lens.horizon
         self._form, self._meter = form, RoadMeter(
             camera.model, horizon, pitch_known=lens.pitch_known or self._pitch != 0.0,
             rotate_180=camera.rotate_180, mask=camera.pixel_weights, speed_filter=speeds,
-            keyframes=self._keyframes)
+            tilt=tilt, keyframes=self._keyframes)
         if self._newest is not None and self._newest.shape == frame.shape:
             self._meter.start(self._newest)
         return self._meter

@@ -1,0 +1,100 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The column of the principal point is learned from turns if the focal length is given."""
+
+from dataclasses import replace
+import math
+
+import numpy as np
+from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
+from phase_traj_ros.core.calibration.column_filter import ColumnFilter
+from phase_traj_ros.core.calibration.turn_fit import TurnFit
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
+import pytest
+
+WIDTH, FOCAL = 640, 350.0
+# The focal length, the straightness and the column of a fit err together.
+COVARIANCE = np.array([
+    [1e-3, 2e-3, 0.15], [2e-3, 6e-3, 0.35], [0.15, 0.35, 40.0]])
+
+
+def fit(column, *, focal_px=FOCAL, straightness=1.0, cost=1.0):
+    return TurnFit(
+        math.log(focal_px), straightness, column, COVARIANCE, cost, np.array([0.0, 1.0, 0.0]), 1.5,
+        np.ones(10))
+
+
+def test_errors_of_a_fit_are_removed_by_what_is_given():
+    rng = np.random.default_rng(0)
+    learned = []
+    for _ in range(200):
+        found, true = ColumnFilter(FOCAL, 1.0, WIDTH), rng.normal(0.0, 0.015 * WIDTH)
+        for _ in range(3):
+            # The errors of the fits are 2.5 times those of the points.
+            off = rng.multivariate_normal(np.zeros(3), 2.5 ** 2 * COVARIANCE)
+            off[2] += rng.normal(0.0, 0.003 * WIDTH)
+            found.add(fit(true + off[2], focal_px=FOCAL * math.exp(off[0]),
+                          straightness=1.0 + off[1]))
+        learned.append((found.column - true, found.deviation))
+    errors, deviations = np.array(learned).T
+    # The fits alone err by 16 pixels.
+    assert np.std(errors) < 6.0
+    assert 0.7 < np.std(errors) / np.mean(deviations) < 1.2
+
+
+def test_a_fit_that_contradicts_what_is_given_counts_little():
+    found = ColumnFilter(FOCAL, 1.0, WIDTH)
+    found.add(fit(60.0, focal_px=2.0 * FOCAL, straightness=0.2))
+    agreeing = ColumnFilter(FOCAL, 1.0, WIDTH)
+    agreeing.add(fit(15.0))
+    assert abs(found.column) < 3.0 and agreeing.column > 3.0
+    assert agreeing.deviation < 0.8 * found.deviation
+
+
+def test_a_worse_fit_counts_less():
+    good, bad = (ColumnFilter(FOCAL, 1.0, WIDTH) for _ in range(2))
+    good.add(fit(10.0))
+    bad.add(fit(10.0, cost=2.5))
+    assert 0.0 < bad.column < good.column < 10.0
+
+
+def followed(camera, **lens):
+    drive = plan_drive(
+        'corners', [Straight(1.5), Turn(90, 3, 4.5), Straight(1.5), Turn(-90, 3, 4.5),
+                    Straight(1.5)], rate_hz=10.0, speed=7.0, camera=camera, seed=4)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        code_source=CodeSource.AUTO, lens=Lens(**lens)))
+    updates = [estimator.update(frame, stamp)
+               for frame, stamp in zip(render_drive(drive), drive.stamps_ns.tolist())][1:]
+    truth = drive.poses[1:, 2] - drive.poses[0, 2]
+    return estimator, np.degrees([update.heading.heading for update in updates] - truth)
+
+
+@pytest.mark.parametrize('aside', [-0.025, 0.0, 0.025])
+def test_corners_tell_the_column_of_a_given_focal_length(aside):
+    camera = Camera.with_field_of_view(480, 240, 80)
+    camera = replace(camera, cx=camera.cx + aside * camera.width)
+    estimator, errors = followed(camera, focal_px=camera.focal)
+    in_use = estimator.heading.camera.in_use
+    assert in_use.offset == pytest.approx(aside, abs=0.008)
+    assert (in_use.focal_px, in_use.interval_px) == (camera.focal, None)
+    assert abs(errors[-1]) < 1.0
+    # What was given is not replaced by an estimate, so there is none to write down.
+    assert estimator.heading.camera.learned is None
+
+
+def test_an_offset_that_is_given_is_believed():
+    camera = Camera.with_field_of_view(480, 240, 80)
+    estimator, _ = followed(camera, focal_px=camera.focal, offset=0.01)
+    assert estimator.heading.camera.in_use.offset == 0.01
+
+
+def test_the_lens_that_was_given_may_be_given_again():
+    camera = Camera.with_field_of_view(480, 240, 80)
+    camera = replace(camera, cx=camera.cx + 0.02 * camera.width)
+    estimator, _ = followed(camera, focal_px=camera.focal)
+    learned = estimator.heading.camera.lens
+    estimator.use_lens(Lens(focal_px=camera.focal))
+    assert estimator.heading.camera.lens is learned
+    estimator.use_lens(Lens(focal_px=1.1 * camera.focal))
+    assert estimator.heading.camera.lens.offset == 0.0
