@@ -89,8 +89,8 @@ class Parameters:
         maximum=STRAIGHTNESS_RANGE[1], read_only=True)
     lens_offset: float = parameter(
         0.0, 'Offset of the principal point from the centre of the upright image, in image widths,'
-        ' positive to the right. Used with focal_px or hfov_deg.', minimum=-0.5, maximum=0.5,
-        read_only=True)
+        ' positive to the right. Used with focal_px or hfov_deg. 0: learned from the turns with'
+        ' auto.', minimum=-0.5, maximum=0.5, read_only=True)
     camera_pitch_deg: float = parameter(
         0.0, 'Pitch of the camera, positive down. 0: estimated from the drive.', unit='deg',
         minimum=-60.0, maximum=60.0, read_only=True)
