@@ -113,3 +113,9 @@ def test_a_pair_whose_shift_stands_out_is_not_a_cut():
     detector = CutDetector()
     given = (pair(0.5, yaw=0.01), pair(0.05, yaw=0.0), pair(0.5, yaw=0.01))
     assert not any(detector.update(each, 0.3) for each in given)
+
+
+def test_the_end_of_a_dark_part_is_not_a_cut_although_some_of_its_noise_agrees():
+    detector = CutDetector()
+    given = (pair(0.9, yaw=0.01), pair(0.2), pair(0.4), pair(0.0), pair(0.9, yaw=0.01))
+    assert not any(detector.update(each, 0.1) for each in given)
