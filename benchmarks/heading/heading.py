@@ -97,11 +97,8 @@ _REAL_TEXT = """
     error of the truth.
     """
 _CAMERAS_TEXT = """
-    With small cameras, most of the error comes from the renderer, which samples the scene at
-    points where a sensor averages over each pixel. Rendered at three times the size and averaged,
-    the drives swerves, gentle bends and three lefts of the 320×240, 90° camera end 1.1°, 1.0° and
-    0.0° off, instead of 2.7°, 0.8° and 2.6°. KITTI's clips reduced to a width of 320 pixels end at
-    most 0.3° off.
+    With small cameras, a part of the error comes from the renderer, which samples the scene at
+    points where a sensor averages over each pixel.
     """
 _FOV_TEXT = """
     A field of view that is 10 % wrong makes all angles 12 to 20 % wrong, because the focal length
@@ -112,7 +109,7 @@ _FULL_TEXT = """
     field of view that is 2 % wrong makes all angles 3 % wrong. After several full circles the
     heading is then 10° off or more, and a quantised direction near a border can change. It changes
     where the true heading, scaled by the same factor, changes as well (*those of the truth*). The
-    turns and their quarters stay the same.
+    turns and their quarters stay the same, except along 02.
     """
 
 
