@@ -145,7 +145,7 @@ class Integration:
         cut = pair.cut and self._settings.guards
         self._monitor.add(
             verdict.evidence, stamp_ns, interval_ns,
-            seen=verdict.status is not PairStatus.NO_MEASUREMENT,
+            seen=verdict.status in (PairStatus.OK, PairStatus.STILL),
             travel=travel if self._settings.metric else None,
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
             cut=pair.cut, frames=self.frames - self._measured_frame)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures the yaw in the frames of a camera, whose lens is given or learned from the drive."""
 
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.estimate import CameraEstimate, FieldOfView
 from phase_traj_ros.core.camera.in_use import CameraInUse
-from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
@@ -118,6 +119,9 @@ class YawCamera:
         if upside_down != self.rotate_180:
             self.rotate_180 = upside_down
             self._meter = None
+            if self.lens.offset != self.given.offset and self.lens.origin is LensOrigin.GIVEN:
+                # It was learned in the other upright image.
+                self.lens = replace(self.lens, offset=-self.lens.offset)
             if self._learning is not None:
                 # The learned tilt applies to the other mounting.
                 self._learning.forget()

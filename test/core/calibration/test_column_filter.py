@@ -6,7 +6,7 @@ from dataclasses import replace
 import math
 
 import numpy as np
-from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
+from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator, View
 from phase_traj_ros.core.calibration.column_filter import ColumnFilter
 from phase_traj_ros.core.calibration.turn_fit import TurnFit
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
@@ -81,6 +81,17 @@ def test_corners_tell_the_column_of_a_given_focal_length(aside):
     assert abs(errors[-1]) < 1.0
     # What was given is not replaced by an estimate, so there is none to write down.
     assert estimator.heading.camera.learned is None
+
+
+def test_a_column_that_was_learned_upside_down_is_that_of_the_same_pixels():
+    camera = Camera.with_field_of_view(480, 240, 80)
+    camera = replace(camera, cx=camera.cx + 0.025 * camera.width)
+    estimator, _ = followed(camera, focal_px=camera.focal)
+    learned = estimator.heading.camera.lens.offset
+    estimator.reconfigure(replace(estimator.settings, view=View(rotate_180=True)))
+    assert estimator.heading.camera.lens.offset == -learned
+    estimator.reconfigure(replace(estimator.settings, view=View()))
+    assert estimator.heading.camera.lens.offset == learned
 
 
 def test_an_offset_that_is_given_is_believed():
