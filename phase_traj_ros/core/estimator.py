@@ -62,8 +62,8 @@ class TrajectoryEstimator:
         self._repeats = RepeatDetector()
         self._jitter = StampJitter()
         self._width = 0
-        self.correlate_ns = 0
-        """Time to correlate the last frame, in nanoseconds."""
+        self.measure_ns = 0
+        """Time to prepare and measure the newest frame, in nanoseconds."""
         self.last_stamp_ns: int | None = None
         """Stamp of the newest frame in nanoseconds; None before the first."""
         self.counters = self._integration.counters
@@ -280,14 +280,14 @@ class TrajectoryEstimator:
         if not first and self._repeats.is_repeated(
                 frame, interval_ns, encoding=encoding, by_motion=self._settings.by_heading):
             self._count(stamp_ns)
-            self.correlate_ns = 0
+            self.measure_ns = 0
             return self._integration.repeat(stamp_ns, interval_ns)
         times = PairTimes(waited_ns * 1e-9, interval_ns * 1e-9, self._interval_deviation)
         pair = None
         if not self._is_foreseen(frame, picture, times, encoding):
             pair = self._meter.measure(
                 frame, picture, times, encoding=encoding, known=self._integration.motion)
-        self.correlate_ns = time.perf_counter_ns() - began
+        self.measure_ns = time.perf_counter_ns() - began
         self._repeats.keep(picture if frame.dtype == np.uint8 else frame.copy(), encoding=encoding)
         self._used_stamp_ns, self._width = stamp_ns, frame.shape[1]
         self._count(stamp_ns)

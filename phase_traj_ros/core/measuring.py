@@ -36,7 +36,7 @@ class Comparison:
     yaw: YawMeasurement | None = None
     """Yaw, if a lens is given."""
     quality: Quality | None = None
-    """Quality of the pair by its frames alone; None if they cannot be compared."""
+    """Quality of the pair, given the fixed areas and traffic; None if it is not comparable."""
     used: Shift | None = None
     """Shift of the view, or of the cylinder, to use for the pair."""
     agreement: float = 0.0

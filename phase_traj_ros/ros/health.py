@@ -20,10 +20,10 @@ class Stage(Enum):
     """Waiting in this process until the callback starts."""
     CONVERT = 'convert'
     """Decoding and conversion to greyscale."""
-    CORRELATE = 'correlate'
-    """Phase correlation with the previous image."""
+    MEASURE = 'measure'
+    """Comparison with earlier images: shift, yaw and distance."""
     CODE = 'code'
-    """State machine and path."""
+    """Judgement, heading, codes and path."""
     PUBLISH = 'publish'
     """Making and publishing the messages."""
 

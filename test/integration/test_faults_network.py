@@ -39,9 +39,9 @@ def test_diagnostics_tell_what_happened(live, run):
     assert 'needs 15360 bytes' in images['last error']
     assert float(images['p50 (ms)']) > 0
     assert float(images['p99 (ms)']) >= float(images['p50 (ms)'])
-    for stage in ('receive', 'convert', 'correlate', 'code', 'publish'):
+    for stage in ('receive', 'convert', 'measure', 'code', 'publish'):
         assert float(images[f'{stage} (us)']) >= 0
-    assert float(images['correlate (us)']) > 0
+    assert float(images['measure (us)']) > 0
     assert (measurement['frames'], measurement['repeated']) == ('4', '1')
     assert (measurement['gaps'], measurement['unmeasured']) == ('1', '1')
     levels = {level for each in reports for level in [statuses(each)['images'].level]}

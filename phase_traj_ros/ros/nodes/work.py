@@ -287,9 +287,9 @@ class Work:
             self._location.add(update)
         if update.shift is not None:
             self._health.responses.append(update.shift.response)
-        correlate_ns = self._estimator.correlate_ns
-        self._health.took(Stage.CORRELATE, correlate_ns)
-        self._health.took(Stage.CODE, estimated_ns - correlate_ns)
+        measure_ns = self._estimator.measure_ns
+        self._health.took(Stage.MEASURE, measure_ns)
+        self._health.took(Stage.CODE, estimated_ns - measure_ns)
         self._health.took(Stage.PUBLISH, time.perf_counter_ns() - began)
 
     def _end_drive(self) -> None:
