@@ -155,9 +155,11 @@ def plant(fault: Fault, functions: list[FunctionType]) -> None:
         code = inside.pop()
         codes[code.co_name, code.co_firstlineno] = code
         inside += [each for each in code.co_consts if isinstance(each, CodeType)]
-    for each in functions:
-        if each.__code__.co_filename == file:
-            each.__code__ = codes[each.__code__.co_name, each.__code__.co_firstlineno]
+    held = [each for each in functions if each.__code__.co_filename == file]
+    if not held:
+        raise LookupError(f'no function of {file} is loaded')
+    for each in held:
+        each.__code__ = codes[each.__code__.co_name, each.__code__.co_firstlineno]
 
 
 def known(file: Path) -> dict[str, Any]:
@@ -248,6 +250,8 @@ def tried(
     """Try faults, some at a time, each with tests of so many seconds; yield who survives."""
     running: dict[int, Fault] = {}
     looked = looked_at(tests)
+    # What the tests have frozen is not listed.
+    gc.unfreeze()
     functions = [each for each in gc.get_objects() if isinstance(each, FunctionType)]
     # A collection would copy all memory to each process.
     gc.freeze()

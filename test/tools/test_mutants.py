@@ -8,6 +8,8 @@ from pathlib import Path
 import runpy
 import sys
 
+import pytest
+
 SPEC = importlib.util.spec_from_file_location(
     'mutants', Path(__file__).resolve().parents[2] / 'tools' / 'mutants.py')
 mutants = sys.modules['mutants'] = importlib.util.module_from_spec(SPEC)
@@ -53,6 +55,12 @@ def test_a_fault_is_planted_in_functions_that_others_hold_already(monkeypatch, t
     assert held(value) == -4.0 + 3.0 * 4.0
     mutants.plant(sign, [held])
     assert held(value) == 4.0 + 3.0 * 4.0
+
+
+def test_a_fault_in_a_module_that_is_not_loaded_is_not_tried(monkeypatch, tmp_path):
+    monkeypatch.setattr(mutants, 'ROOT', tmp_path)
+    with pytest.raises(LookupError, match='judge.py'):
+        mutants.plant(mutants.faults_in('judge.py', SOURCE)[0], [test_the_rooms_that_measure_and_judge_are_mutated])
 
 
 def test_the_rooms_that_measure_and_judge_are_mutated():
