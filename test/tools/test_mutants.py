@@ -59,8 +59,9 @@ def test_a_fault_is_planted_in_functions_that_others_hold_already(monkeypatch, t
 
 def test_a_fault_in_a_module_that_is_not_loaded_is_not_tried(monkeypatch, tmp_path):
     monkeypatch.setattr(mutants, 'ROOT', tmp_path)
-    with pytest.raises(LookupError, match='judge.py'):
-        mutants.plant(mutants.faults_in('judge.py', SOURCE)[0], [test_the_rooms_that_measure_and_judge_are_mutated])
+    fault = mutants.faults_in('judge.py', SOURCE)[0]
+    with pytest.raises(LookupError, match='is loaded'):
+        mutants.plant(fault, [mutants.modules])
 
 
 def test_the_rooms_that_measure_and_judge_are_mutated():
