@@ -332,7 +332,8 @@ def test_a_calibration_that_comes_late_is_taken_once(live, drive):
 
 def test_a_threshold_at_run_time_is_the_papers_rule(live, drive):
     drive, frames = drive
-    node = live.start('-p', f'focal_px:={drive.camera.focal}')
+    # With an offset, nothing of the lens is learned, which a reset would keep.
+    node = live.start('-p', f'focal_px:={drive.camera.focal}', '-p', 'lens_offset:=0.0001')
     heard = heard_of(live, 'movement', 'direction', 'shift')
     live.call(Trigger, 'phase_traj/reset', Trigger.Request())
     camera = live.camera()
@@ -352,7 +353,8 @@ def test_a_threshold_at_run_time_is_the_papers_rule(live, drive):
         for each in images:
             camera.publish(image(each.image, each.stamp_ns))
         expected = replay(
-            images, Parameters(threshold=threshold, focal_px=float(drive.camera.focal)),
+            images, Parameters(
+                threshold=threshold, focal_px=float(drive.camera.focal), lens_offset=0.0001),
             source='the same')
         pairs, directions = len(images) - 1, len(expected.direction)
         live.until(partial(all_heard, heard, movement=pairs, shift=pairs), process=node)
