@@ -185,6 +185,9 @@ def test_a_constant_speed_leaves_nothing_to_ask():
     estimator, updates = driven(settings(speed=7.0))
     assert {update.travel.state for update in updates} == {TravelState.GIVEN}
     assert total(updates) == pytest.approx(0.7 * len(updates))
+    # All of the error is that of the speedometer.
+    for update in updates:
+        assert math.sqrt(update.travel.variance) == pytest.approx(0.7 * update.travel.scale)
     assert estimator._meter._road._meter is None
 
 
