@@ -289,7 +289,9 @@ def test_a_vehicle_that_stands_goes_exactly_nowhere():
     assert {update.status for update in standing} == {PairStatus.STILL}
     assert {update.step.movement for update in standing} == {Movement.NO_CHANGE}
     assert {update.status for update in updates[30:]} == {PairStatus.OK}
-    assert estimator.reliability.reliable
+    # The road may be in doubt as the speed jumps, but not while the vehicle stands.
+    assert all(span.end_ns <= 16 * S // 10 or span.start_ns >= 26 * S // 10
+               for span in estimator.reliability.spans)
     assert {update.travel.state for update in updates[34:]} == {TravelState.MEASURED}
 
 

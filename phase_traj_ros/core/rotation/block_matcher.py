@@ -31,6 +31,8 @@ class Keyframe:
         """Displacement of each block up to the newest frame, in pixels."""
         self.age = 0.0
         """Seconds since."""
+        self.agreement = 0.0
+        """Largest share of the blocks that agreed on a motion since, 0 to 1."""
         self.travel = self._initial_travel = travel
         """Direction of travel at the newest frame."""
         self._rotation = (0.0, 0.0, 0.0)
@@ -51,6 +53,7 @@ class Keyframe:
 
     def add(self, motion: CameraMotion, blocks: BlockShifts) -> CameraMotion:
         """Add the motion since this frame; return it with the rotation of the newest pair."""
+        self.agreement = max(self.agreement, motion.agreement)
         last, seen = self.moved.copy(), blocks.weight > 0.0
         for column, moved in enumerate((blocks.dx, blocks.dy)):
             self.moved[:, column] = np.where(seen, moved, quantile(moved[seen], 0.5))

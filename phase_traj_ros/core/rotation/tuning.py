@@ -92,9 +92,7 @@ class YawTuning:
     confirmation_tolerance: float = 0.1
     """Share of the yaw by which the two may differ, if it is more than their deviations."""
     doubted_share: float = 0.5
-    """With a smaller share, the start value is doubted, and others are tried, ..."""
-    previous_frame_share: float = 0.7
-    """...with one smaller than this, the previous frame instead of the keyframe."""
+    """With a smaller share, the start value is doubted, and others are tried."""
     common_error: float = math.radians(0.01)
     """Standard deviation of the error of the yaw that all blocks have in common: this..."""
     common_error_px: float = 0.06
@@ -148,6 +146,10 @@ class YawTuning:
     """A keyframe is replaced before the median of the translation divided by the distance of the
     blocks exceeds this. From 0.03 to 0.15, the heading drifts less the longer it is, and fewer
     blocks agree: a fifth less at 0.1 than at 0.06 on a real drive of 560 m."""
+    kept_agreement: float = 0.8
+    """A frame is compared with the previous one instead if its agreement with the keyframe is less
+    than this share of the largest so far. Noise lowers both: with a limit for the agreement
+    itself, noisy pictures had no keyframes, and two to three times the drift at 30 and 60 Hz."""
     max_rotation: float = math.radians(4.0)
     """Rotation since a keyframe before which it is replaced, ..."""
     max_keyframe_age_s: float = 0.5

@@ -201,7 +201,9 @@ class YawMeter:
         measured = self._by_blocks(shift, match, interval)
         if self._keyframes and measured.certain:
             self._newest = frame
-        over = not self._keyframes or match.key.has_expired(match.motion, interval)
+        # If the previous frame agreed better, the frame after the next would be too far again.
+        over = (not self._keyframes or match.key is not key
+                or match.key.has_expired(match.motion, interval))
         self._key = self._matcher.keyframe(current, match.key.travel) if over else match.key
         return measured
 
@@ -214,7 +216,8 @@ class YawMeter:
             return None
         match = self._search(key, current, shift, interval)
         if key.age > interval and (
-                match is None or match.motion.agreement < TUNING.previous_frame_share):
+                match is None
+                or match.motion.agreement < TUNING.kept_agreement * key.agreement):
             nearer = self._matcher.keyframe(previous, key.travel)
             nearer.age = interval
             other = self._search(nearer, current, shift, interval)

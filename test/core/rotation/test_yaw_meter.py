@@ -23,7 +23,7 @@ from phase_traj_ros.synthetic import (
     Straight,
     Turn,
 )
-from phase_traj_ros.synthetic.degradations import rain
+from phase_traj_ros.synthetic.degradations import rain, sensor_noise
 import pytest
 
 CAMERA = Camera.with_field_of_view(320, 240, 70.0)
@@ -148,6 +148,18 @@ def test_rain_in_a_corner_does_not_turn_the_direction_of_travel(seed):
     headings, _, _, turns = follow(wet, drive.stamps_ns.tolist(), CAMERA.focal)
     assert np.abs(headings - np.degrees(drive.poses[:, 2])).max() < 8.0
     assert [turn.quarter_turns for turn in turns] == [1, -1]
+
+
+def test_noise_takes_no_keyframe_from_a_slow_camera():
+    drive = plan_drive('walk', [Straight(1.5)], rate_hz=60.0, speed=1.4, camera=CAMERA, seed=3)
+    meter = YawMeter(cylinder((CAMERA.height, CAMERA.width), CAMERA.focal))
+    noisy = (
+        sensor_noise(frame, sigma=24.0, seed=number)
+        for number, frame in enumerate(render_drive(drive)))
+    measured = list(filter(None, (meter.update(frame, 1 / 60) for frame in noisy)))
+    # A clear camera replaces its keyframe every half second, i.e. 30 pairs.
+    assert np.mean([each.share == 1.0 for each in measured]) < 0.1
+    assert np.median([each.share for each in measured]) < 0.15
 
 
 def test_nothing_to_see_is_no_measurement():
