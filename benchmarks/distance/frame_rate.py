@@ -44,10 +44,11 @@ _FROM, _POSES, _DRAWS = 5.0, 60, 1000
 
 _INTRODUCTION = f"""
     This page shows whether the result depends on the frame rate. Every drive is rendered once at
-    120 Hz, with the noise of a sensor, and filmed in several ways:
-    at lower rates, with repeated pictures (a film of 15, 10 or 24 Hz converted to 30 Hz), with a
-    fifth of the frames lost at random, with stamps that are off by a tenth of the interval. The
-    result should be the same. The calibration of the camera and its height are given.
+    120 Hz, with the noise of a sensor (once that of a night with 6 % of the light), and filmed in
+    several ways: at lower rates, with repeated pictures (a film of 15, 10 or 24 Hz converted to
+    30 Hz), with a fifth of the frames lost at random, with stamps that are off by a tenth of the
+    interval. The result should be the same. The calibration of the camera and its height are
+    given.
 
     *Distance* is the error of the total distance, *heading* the largest error of the heading. They
     should be within {100 * _MOST_DISTANCE:.1f} % and within {_MOST_HEADING_DEG}° or

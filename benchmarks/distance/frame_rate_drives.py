@@ -21,6 +21,7 @@ from phase_traj_ros.synthetic import (
     Straight,
     Turn,
 )
+from phase_traj_ros.synthetic.degradations import night, sensor_noise
 
 #: Every drive is rendered at this rate, of which all other rates are a part.
 BASE_HZ = 120
@@ -114,6 +115,7 @@ DRIVES: dict[str, Callable[[], Drive]] = {
         Straight(2), Straight(2, 0), Straight(3), Turn(90, 4, 4), Straight(2, 0), Straight(3)],
         7.0),
     'along KITTI 00': _along_kitti,
+    'walk at night, 1.4 m/s': _planned([Straight(4), Turn(90, 6), Straight(4)], 1.4, _HANDHELD),
 }
 
 
@@ -127,15 +129,16 @@ class Material:
         poses[:, 3] += _PITCH
         self.drive = replace(drive, name=name, poses=poses)
         camera = drive.camera
-        key = zlib.crc32(poses.tobytes() + repr(camera).encode())
+        self._at_night = 'night' in name
+        key = zlib.crc32(poses.tobytes() + repr((camera, self._at_night)).encode())
         self._kept = on_disk(
             folder / f'{key:08x}.npy', (len(drive), camera.height, camera.width),
             self._exposures())
 
     def _exposures(self) -> Iterator[np.ndarray]:
         for number, frame in enumerate(render_drive(self.drive)):
-            noise = np.random.default_rng(number).normal(0.0, _NOISE, frame.shape)
-            yield np.clip(np.rint(frame + noise), 0, 255)
+            yield (night(frame, seed=number) if self._at_night
+                   else sensor_noise(frame, sigma=_NOISE, seed=number))
 
     def frames(self, filmed: Filmed) -> Iterator[np.ndarray]:
         """Yield the frames, (H, W) uint8."""
