@@ -276,9 +276,9 @@ def test_a_pitch_that_no_camera_has_is_refused(pitch):
 
 
 def test_a_vehicle_that_stands_goes_exactly_nowhere():
-    frames, _, _, _ = street()
+    frames, _, _, _ = street(count=60)
     estimator = TrajectoryEstimator(settings(camera_height=1.65))
-    order = [*range(12), *[12] * 15, *range(13, 25)]
+    order = [*range(12), *[12] * 15, *range(13, 60)]
     updates = [
         estimator.update(sensor_noise(frames[index], sigma=1.0, seed=place), place * S // 10)
         for place, index in enumerate(order)]
@@ -288,7 +288,9 @@ def test_a_vehicle_that_stands_goes_exactly_nowhere():
     assert {update.travel.distance for update in standing} == {0.0}
     assert {update.status for update in standing} == {PairStatus.STILL}
     assert {update.step.movement for update in standing} == {Movement.NO_CHANGE}
-    assert {update.status for update in updates[30:]} == {PairStatus.OK}
+    # Later, it turns.
+    assert {update.status for update in updates[30:39]} == {PairStatus.OK}
+    assert estimator.reliability.reliable
     # The road may be in doubt as the speed jumps, but not while the vehicle stands.
     assert all(span.end_ns <= 16 * S // 10 or span.start_ns >= 26 * S // 10
                for span in estimator.reliability.spans)
