@@ -104,10 +104,13 @@ def _along_kitti() -> Drive:
     return pose_drive('', np.stack(between, axis=1), rate_hz=BASE_HZ, seed=1)
 
 
+_walk = _planned([Straight(4), Turn(90, 6), Straight(4)], 1.4, _HANDHELD)
+_AT_NIGHT = 'walk at night, 1.4 m/s'
+
 DRIVES: dict[str, Callable[[], Drive]] = {
     'block, 9 m/s': _planned(
         [Straight(2), Turn(90, 3.5, 5), Straight(2), Turn(-90, 3, 5), Straight(2)], 9.0),
-    'walk, 1.4 m/s': _planned([Straight(4), Turn(90, 6), Straight(4)], 1.4, _HANDHELD),
+    'walk, 1.4 m/s': _walk,
     'slow robot, 0.3 m/s': _planned([Straight(5), Turn(-90, 30), Straight(5)], 0.3, _ROBOT),
     'motorway, 25 m/s': _planned([Straight(4), Turn(20, 6), Straight(2)], 25.0),
     'motorway, 35 m/s': _planned([Straight(4), Turn(20, 6), Straight(2)], 35.0),
@@ -115,7 +118,7 @@ DRIVES: dict[str, Callable[[], Drive]] = {
         Straight(2), Straight(2, 0), Straight(3), Turn(90, 4, 4), Straight(2, 0), Straight(3)],
         7.0),
     'along KITTI 00': _along_kitti,
-    'walk at night, 1.4 m/s': _planned([Straight(4), Turn(90, 6), Straight(4)], 1.4, _HANDHELD),
+    _AT_NIGHT: _walk,
 }
 
 
@@ -129,7 +132,7 @@ class Material:
         poses[:, 3] += _PITCH
         self.drive = replace(drive, name=name, poses=poses)
         camera = drive.camera
-        self._at_night = 'night' in name
+        self._at_night = name == _AT_NIGHT
         key = zlib.crc32(poses.tobytes() + repr((camera, self._at_night)).encode())
         self._kept = on_disk(
             folder / f'{key:08x}.npy', (len(drive), camera.height, camera.width),

@@ -211,7 +211,7 @@ class YawMeter:
         self, key: Keyframe, previous: NDArray[np.uint8], current: NDArray[np.uint8],
         shift: Shift, interval: float,
     ) -> Match | None:
-        """Compare a frame with the keyframe, or if too little agrees, with the previous frame."""
+        """Compare a frame with the keyframe, or if fewer blocks agree, with the previous one."""
         if shift.response <= 0.0:
             return None
         match = self._search(key, current, shift, interval)
