@@ -85,13 +85,13 @@ class VisualCompass:
         """Return the update of a frame that is foreseen, ``waited`` seconds after the newest."""
         step = self.tracker.foresee(waited, self.camera.foreseen_deviation)
         return HeadingUpdate(step, Shift(
-            self.camera.focal_px * limited_tan(step.yaw * self.camera.lens.tilt), 0.0,
+            self.camera.focal_px * limited_tan(step.yaw * self.camera.tilt), 0.0,
             self._response))
 
     def admits(self, measurement: YawMeasurement | None, interval: float) -> bool:
         """Return whether ``add`` would accept the yaw of a measurement; False without a yaw."""
         return measurement is not None and measurement.yaw is not None and self.tracker.admits(
-            measurement.yaw / self.camera.lens.tilt, interval, certain=measurement.certain)
+            measurement.yaw / self.camera.tilt, interval, certain=measurement.certain)
 
     def start(self, stamp_ns: int) -> None:
         """Record the stamp of the first frame."""
@@ -113,7 +113,7 @@ class VisualCompass:
         else:
             yaw, self._response = measurement.yaw, measurement.shift.response
             step = self.tracker.update(
-                None if yaw is None else yaw / self.camera.lens.tilt, interval,
+                None if yaw is None else yaw / self.camera.tilt, interval,
                 certain=measurement.certain, variance=measurement.variance,
                 share=measurement.share)
         turns = self._turns.update(stamp_ns, step.heading, distance, frames=frames)

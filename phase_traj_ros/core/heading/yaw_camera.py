@@ -85,6 +85,20 @@ class YawCamera:
         return self._focal[0]
 
     @property
+    def tilt(self) -> float:
+        """
+        Return the cosine of the angle between the vertical image axis and the vertical.
+
+        A tilted camera measures only this fraction of a turn as yaw. The pitch of a calibrated
+        camera is that of the direction of travel, unless it is given. A camera that is learned
+        from turns is learned with its pitch.
+        """
+        calibrated = self.lens.origin in (LensOrigin.GIVEN, LensOrigin.CALIBRATION)
+        if self._meter is None or self.lens.pitch_known or not calibrated:
+            return self.lens.tilt
+        return self.lens.tilt * self._meter.mounting.level
+
+    @property
     def in_use(self) -> CameraInUse | None:
         """Return the camera in use; None before the first frame."""
         return CameraInUse.of(self.lens, self._shape[1]) if self._shape else None

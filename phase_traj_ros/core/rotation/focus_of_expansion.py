@@ -5,7 +5,8 @@ The focus of expansion: the direction of travel relative to the camera.
 
 A camera is mounted at a small azimuth to the vehicle. A prior of travel straight ahead of the
 camera would turn a share of this angle into yaw in each pair, always in one direction. So the
-azimuth is estimated from the direction of travel on straights.
+azimuth is estimated from the direction of travel on straights. So is the slope: it is the pitch of
+the camera, with which a part of each turn is not a yaw but a roll of the camera.
 """
 
 from dataclasses import dataclass, replace
@@ -59,31 +60,49 @@ class FocusOfExpansion:
 
 
 class Mounting:
-    """The azimuth of the direction of travel of a vehicle that drives straight ahead."""
+    """The direction of travel, relative to the camera, of a vehicle that drives straight ahead."""
 
     def __init__(self) -> None:
         """Start with a camera that points straight ahead."""
         self.angle = 0.0
-        """In radians, positive to the right."""
+        """Azimuth in radians, positive to the right, ..."""
         self._variance = TUNING.mounting_deviation ** 2
+        self.slope = 0.0
+        """...and slope, positive down: that of the horizon in the image."""
+        self._slope_variance = TUNING.mounting_pitch ** 2
 
     @property
     def deviation(self) -> float:
-        """Return its standard deviation in radians."""
+        """Return the standard deviation of the azimuth in radians."""
         return math.sqrt(self._variance)
 
-    def add(self, course: float, variance: float, interval: float, yaw_rate: float) -> None:
+    @property
+    def level(self) -> float:
         """
-        Add the azimuth of the direction of travel of a pair of frames in radians.
+        Return the cosine of the pitch of the camera, relative to the direction of travel.
+
+        A camera that is tilted up or down measures only this share of a turn as yaw.
+        """
+        return math.cos(math.atan(self.slope))
+
+    def add(self, travel: FocusOfExpansion, interval: float, yaw_rate: float) -> None:
+        """
+        Add the direction of travel of a pair of frames.
 
         ``interval`` is the time between the frames in seconds, above 0. Turns, by the ``yaw_rate``
         in radians per second, are ignored, as the camera moves sideways.
         """
-        self._variance += TUNING.mounting_drift ** 2 * min(interval / TUNING.mounting_drift_s, 1.0)
+        drift = TUNING.mounting_drift ** 2 * min(interval / TUNING.mounting_drift_s, 1.0)
+        self._variance += drift
+        self._slope_variance += drift
         if abs(yaw_rate) > TUNING.straight_yaw_rate:
             return
         pairs = max(TUNING.course_time_s / interval, 1.0)
-        noise = (TUNING.course_deviation ** 2 + variance) * pairs
+        noise = (TUNING.course_deviation ** 2 + travel.course_variance) * pairs
         gain = self._variance / (self._variance + noise)
-        self.angle += gain * (course - self.angle)
+        self.angle += gain * (travel.course - self.angle)
         self._variance *= 1.0 - gain
+        noise = (TUNING.slope_deviation ** 2 + travel.slope_variance) * pairs
+        gain = self._slope_variance / (self._slope_variance + noise)
+        self.slope += gain * (travel.slope - self.slope)
+        self._slope_variance *= 1.0 - gain

@@ -23,6 +23,8 @@ _STOP = (
 _DEVIATION_BY_MEAN = math.sqrt(math.pi / 2)
 # ...and variance of the difference of two pictures with whole grey values.
 _ROUNDING = 1 / 6
+# Square of the largest grey value, for the noise of a block that is found in no picture.
+_LARGEST = 255.0 ** 2
 
 
 @dataclass(slots=True, eq=False)
@@ -159,16 +161,18 @@ class BlockGrid:
         """
         Return the precision of the displacements of the blocks of a picture, (N,).
 
-        The variance of a displacement by least squares is that of the noise divided by the
-        texture. Noise looks like texture: a central difference of one picture has a quarter of the
-        variance that the difference of two pictures has. A share of the texture is always real: a
-        sharp picture differs from a blurred one by more than the noise of either, in all blocks.
+        Noise looks like texture: a central difference of one picture has a quarter of the variance
+        that the difference of two pictures has. Only the real texture moves with the block, so
+        the variance of a displacement by least squares is that of the noise times the texture,
+        divided by the square of the real texture. A share of the texture is always real: a sharp
+        picture differs from a blurred one by more than the noise of either, in all blocks.
         """
-        noise = np.maximum(picture.noise, _ROUNDING)
+        noise = np.clip(picture.noise, _ROUNDING, _LARGEST)
         real = np.maximum(
             picture.texture - len(self._offsets) * noise / 4,
             TUNING.min_texture_share * picture.texture)
-        return real / (real + noise / TUNING.block_deviation_px ** 2)
+        signal = TUNING.block_deviation_px ** 2 * real * real
+        return signal / np.maximum(signal + noise * picture.texture, 1e-9)
 
     def extract(self, picture: NDArray[np.uint8]) -> BlockPicture:
         """Return a picture, (H, W), whose blocks can be found in others; it must not change."""

@@ -270,8 +270,7 @@ class YawMeter:
             key.travel = (motion.travel if motion.certain
                           else motion.travel.limited(self._rate, self.mounting))
         if motion.passing > TUNING.min_passing and not self._is_traffic:
-            self.mounting.add(
-                motion.travel.course, motion.travel.course_variance, interval, self._rate)
+            self.mounting.add(motion.travel, interval, self._rate)
         return YawMeasurement(
             shift, pair.yaw, True, motion.agreement, pair, interval / key.age,
             common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad),

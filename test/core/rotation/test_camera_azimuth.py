@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A camera that points aside is found out on straights, and turns nothing."""
+"""A camera that points aside, up or down is found out on straights, and turns nothing."""
 
 from dataclasses import replace
 import math
@@ -13,7 +13,7 @@ from phase_traj_ros.core import (
     Lens,
     TrajectoryEstimator,
 )
-from phase_traj_ros.core.rotation.focus_of_expansion import Mounting
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.rotation.tuning import TUNING
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
@@ -21,12 +21,13 @@ import pytest
 SURE = math.radians(0.3) ** 2
 
 
-def travelled(rng, *, mounted, rate_hz, seconds=30.0, turn=0.0):
+def travelled(rng, *, mounted=0.0, slope=0.0, rate_hz, seconds=30.0, turn=0.0):
     """Return the mounting after a drive whose direction of travel sways for a second each time."""
     mounting, sway, kept = Mounting(), 0.0, math.exp(-1.0 / rate_hz)
     for _ in range(round(seconds * rate_hz)):
         sway = kept * sway + rng.normal(0.0, math.radians(1.0) * math.sqrt(1.0 - kept * kept))
-        mounting.add(mounted + sway + 0.4 * turn, SURE, 1.0 / rate_hz, turn)
+        mounting.add(FocusOfExpansion(
+            mounted + sway + 0.4 * turn, slope + sway, SURE, SURE), 1.0 / rate_hz, turn)
     return mounting
 
 
@@ -58,8 +59,20 @@ def test_it_may_be_pushed():
     sure = mounting.deviation
     travelled(np.random.default_rng(2), mounted=0.0, rate_hz=10)
     for _ in range(6000):
-        mounting.add(0.0, SURE, 0.1, 1.0)
+        mounting.add(FocusOfExpansion(0.0, 0.0, SURE, SURE), 0.1, 1.0)
     assert mounting.deviation > 2.0 * sure
+
+
+@pytest.mark.parametrize('rate_hz', [5, 60])
+@pytest.mark.parametrize('pitch_deg', [-10.0, 0.0, 15.0])
+def test_a_tilted_camera_measures_a_share_of_a_turn(pitch_deg, rate_hz):
+    pitch = math.radians(pitch_deg)
+    mounting = travelled(
+        np.random.default_rng(4), slope=-math.tan(pitch), rate_hz=rate_hz, seconds=10.0)
+    # A twentieth of a degree in a corner of 90 degrees is 0.0006.
+    assert mounting.level == pytest.approx(math.cos(pitch), abs=0.003)
+    in_a_turn = travelled(np.random.default_rng(4), slope=1.0, rate_hz=rate_hz, turn=0.5)
+    assert in_a_turn.level == 1.0
 
 
 @pytest.fixture(scope='module')
@@ -71,17 +84,32 @@ def road():
     return drive, drive.build_scene()
 
 
-@pytest.mark.parametrize('aside_deg', [-4.0, 0.0, 4.0])
-def test_a_camera_that_points_aside_does_not_turn_a_straight_road(road, aside_deg):
-    drive, scene = road
+def turned(drive, scene, *, aside_deg=0.0, pitch_deg=0.0):
+    """Return the error of the heading after a drive with a calibrated camera, in degrees."""
     camera, poses = drive.camera, drive.poses.copy()
     poses[:, 2] += math.radians(aside_deg)
+    poses[:, 3] += math.radians(pitch_deg)
     estimator = TrajectoryEstimator(EstimatorSettings(
         code_source=CodeSource.HEADING, lens=Lens(camera=CameraModel(
             width=480, height=180, fx=camera.focal, fy=camera.focal, cx=camera.cx,
             cy=camera.cy))))
     for index, frame in enumerate(render_drive(replace(drive, poses=poses), scene=scene)):
         update = estimator.update(frame, drive.stamps_ns[index])
-    true = poses[-1, 2] - poses[0, 2]
+    return math.degrees(update.heading.heading - (poses[-1, 2] - poses[0, 2]))
+
+
+@pytest.mark.parametrize('aside_deg', [-4.0, 0.0, 4.0])
+def test_a_camera_that_points_aside_does_not_turn_a_straight_road(road, aside_deg):
     # Of a camera 4 degrees aside, about 3 without it.
-    assert abs(math.degrees(update.heading.heading - true)) < 1.25
+    assert abs(turned(*road, aside_deg=aside_deg)) < 1.25
+
+
+@pytest.mark.parametrize('pitch_deg', [-8.0, 12.0])
+def test_a_camera_that_points_up_or_down_measures_the_whole_turn(pitch_deg):
+    drive = plan_drive(
+        '', [Straight(3), Turn(90, 4, 5), Turn(90, 4, 5), Straight(1)], rate_hz=10.0, speed=8.0,
+        seed=5, camera=Camera.with_field_of_view(480, 180, 85))
+    scene = drive.build_scene()
+    level = turned(drive, scene)
+    # Without it, 1.8 and 3.9 degrees less.
+    assert abs(turned(drive, scene, pitch_deg=pitch_deg) - level) < 0.7

@@ -141,6 +141,25 @@ def test_a_block_of_noise_is_less_precise_however_strong_its_texture():
     assert np.median(clear.precision) > 0.9
 
 
+@pytest.mark.parametrize(('contrast', 'sigma'), [(1.0, 4.0), (1.0, 20.0), (0.3, 10.0)])
+def test_noise_moves_blocks_by_as_much_as_their_precision_says(contrast, sigma):
+    errors = []
+    for seed in range(4):
+        rng, grid = np.random.default_rng(seed), BlockGrid(EVERYWHERE)
+        first, second = (
+            np.clip(contrast * each + rng.normal(50.0, sigma, SHAPE), 0, 255).astype(np.uint8)
+            for each in pair(SHAPE, 2.0, 0.0))
+        shifts = grid.measure(grid.extract(first), second, expected=(2.0, 0.0))
+        # The precision 1 / (1 + v) belongs to a variance of v, in units of that without noise.
+        seen = (shifts.weight > 0.0) & (shifts.precision > 0.2)
+        variance = TUNING.block_deviation_px ** 2 * (1.0 / shifts.precision[seen] - 1.0)
+        errors += list(np.square(shifts.dx[seen] - 2.0) / variance)
+        errors += list(np.square(shifts.dy[seen]) / variance)
+    assert len(errors) > 800
+    # The median, as a block without a match may be anywhere. That of a chi-square is 0.45.
+    assert 0.25 < np.median(errors) < 1.1
+
+
 def test_blocks_count_between_a_blurred_picture_and_a_sharp_one():
     """They differ by more than the texture of the blurred one, and its texture is not noise."""
     first, second = pair(SHAPE, 2.0, 0.0)
