@@ -106,7 +106,7 @@ class RoadMeter:
             speeds = self.speed_filter
             if not speeds.known or speeds.doubtful or driven > TUNING.min_slide:
                 self.tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
-            turn = (motion.yaw, self._pitch_change(motion.pitch, interval), motion.roll)
+            turn = (motion.yaw, self._pitch_change(motion, interval), motion.roll)
         elif yaw is not None:
             turn = (yaw, 0.0, 0.0)
         else:
@@ -211,13 +211,16 @@ class RoadMeter:
             matcher.set_reference()
         self._key_frame, self._key = frame, RoadKeyframe()
 
-    def _pitch_change(self, pitch: float, interval: float) -> float:
+    def _pitch_change(self, motion: CameraMotion, interval: float) -> float:
         """Return the change of the pitch of the camera relative to the road."""
         # The suspension oscillates. A lasting pitch rate comes from a vertical curve of the road,
-        # which the vehicle follows, or from an error of the blocks.
+        # which the vehicle follows, or from an error of the blocks. The turn of a camera that is
+        # mounted with a roll is in part a pitch, too, but no curve of the road.
+        turned = -motion.yaw * math.tan(self._horizon.roll)
         share = 1.0 - math.exp(-interval / TUNING.grade_time)
-        self._mean_pitch_rate += share * (pitch / interval - self._mean_pitch_rate)
-        return pitch - self._mean_pitch_rate * interval
+        self._mean_pitch_rate += share * (
+            (motion.pitch - turned) / interval - self._mean_pitch_rate)
+        return motion.pitch - self._mean_pitch_rate * interval
 
     def _combine_slides(self, found: list[RoadSlide], interval: float) -> Travel | None:
         """Combine the slides of the patches."""
