@@ -1,0 +1,63 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A calibrated camera that is mounted with a pitch or a roll: whole turns, and their distance."""
+
+from dataclasses import replace
+import math
+
+import numpy as np
+from phase_traj_ros.core import (
+    CameraModel,
+    CodeSource,
+    EstimatorSettings,
+    Lens,
+    TrajectoryEstimator,
+)
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
+import pytest
+
+CAMERA = Camera.with_field_of_view(480, 270, 80)
+
+
+@pytest.fixture(scope='module', params=[90, -90])
+def town(request):
+    """Return a drive around two corners of a block, and its scene."""
+    corner = Turn(request.param, 4, 6)
+    drive = plan_drive(
+        '', [Straight(3), corner, Straight(1), corner, Straight(1)], rate_hz=10.0, speed=8.0,
+        seed=3, camera=CAMERA)
+    return drive, drive.build_scene()
+
+
+def followed(town, *, pitch_deg=0.0, roll_deg=0.0, given_roll_deg=0.0):
+    """Return the errors of heading (degrees, positive if too far) and distance (relative)."""
+    drive, scene = town
+    poses = drive.poses.copy()
+    poses[:, 3] += math.radians(pitch_deg)
+    poses[:, 4] += math.radians(roll_deg)
+    model = CameraModel(
+        width=CAMERA.width, height=CAMERA.height, fx=CAMERA.focal, fy=CAMERA.focal, cx=CAMERA.cx,
+        cy=CAMERA.cy)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        code_source=CodeSource.AUTO, lens=Lens(camera=model, roll_deg=given_roll_deg),
+        camera_height=CAMERA.above_ground))
+    for index, frame in enumerate(render_drive(replace(drive, poses=poses), scene=scene)):
+        update = estimator.update(frame, drive.stamps_ns[index])
+    metres = np.hypot(*np.diff(poses[:, :2], axis=0).T).sum()
+    turned = abs(update.heading.heading) - abs(poses[-1, 2] - poses[0, 2])
+    return math.degrees(turned), estimator.way.distance / metres - 1.0
+
+
+@pytest.mark.parametrize('pitch_deg', [-6.0, 8.0, 14.0])
+def test_a_camera_that_points_up_or_down_measures_the_whole_turn(town, pitch_deg):
+    turned, distance = followed(town, pitch_deg=pitch_deg)
+    # Without the pitch of the direction of travel, -1.0, -1.8 and -5.3.
+    assert abs(turned) < 0.75
+    assert abs(distance) < 0.015
+
+
+@pytest.mark.parametrize('roll_deg', [-6.0, 6.0])
+def test_the_turn_of_a_rolled_camera_is_no_slope_of_the_road(town, roll_deg):
+    _, distance = followed(town, roll_deg=roll_deg, given_roll_deg=roll_deg)
+    # It was 6 % off, in one direction to the left and in the other to the right.
+    assert abs(distance) < 0.015
