@@ -124,69 +124,127 @@ class MotionFit:
 
         None as well if no more blocks agree with it than ``least``, the sum of their weights.
         """
-        shift, (azimuth, y, weight, precise) = points[:2], points[2:]
-        # Effect of each unknown on each point, (6, 3, N): to the right, down, and along the line
-        # on which the distance of the point moves it. The last row is the residual.
-        terms = np.zeros((_ERROR + 1, 3, len(y)))
-        terms[_YAW, 0] = -1.0
-        sine, cosine, bulge = np.sin(azimuth), np.cos(azimuth), 1.0 + y * y
-        terms[_PITCH, 0], terms[_PITCH, 1] = -y * sine, -bulge * cosine
-        terms[_ROLL, 0], terms[_ROLL, 1] = -y * cosine, bulge * sine
-        rotations = terms[:_B, :2].reshape(_B, -1)
-        along, factor = np.empty_like(shift), np.empty((3, len(y)))
-        variance = self._deviation ** 2
+        weight, variance = points[4], self._deviation ** 2
         prior = np.array([yaw, 0.0, 0.0, travel.course, travel.slope])
         trust = variance * np.diag(
             [0.0, 0.0, 0.0, 1 / travel.course_variance, 1 / travel.slope_variance])
-        state = prior.copy()
-        for _ in range(TUNING.fit_steps):
-            apart = azimuth - state[_B]
-            ahead = np.cos(apart)
-            np.sin(apart, out=along[0])
-            np.subtract(y * ahead, state[_C], out=along[1])
-            unrotated = shift + (state[:_B] @ rotations).reshape(shift.shape)
-            squared = _dot(along, along) + self._least
-            near = _dot(unrotated, along) / squared
-            forwards = near > 0.0
-            near *= forwards
-            terms[_ERROR, :2] = unrotated - near * along
-            error = _dot(terms[_ERROR, :2], unrotated)
-            # Cauchy weights: outliers, such as other traffic, have little effect.
-            factor[:2] = robust = precise / (1.0 + error / variance)
-            # The component along the line determines the distance of the point only.
-            np.divide(robust * forwards, -squared, out=factor[2])
-            terms[_B, 0], terms[_B, 1] = near * ahead, -near * y * along[0]
-            terms[_C, 1] = near
-            terms[:_ERROR, 2] = terms[:_ERROR, 0] * along[0] + terms[:_ERROR, 1] * along[1]
-            normal = (terms[:_ERROR] * factor).reshape(_ERROR, -1) @ terms.reshape(
-                _ERROR + 1, -1).T
-            gradient = normal[:, _ERROR] + trust @ (state - prior)
-            # OpenCV instead of LAPACK, whose threads cost more than this small inversion.
-            solvable, inverse = cv2.invert(normal[:, :_ERROR] + trust)
-            if not solvable:
-                return None
-            state -= inverse @ gradient
+        equations = _Equations(points, prior, trust, variance=variance, least=self._least)
+        # Cauchy weights: outliers, such as other traffic, have little effect.
+        state = equations.solved(prior, steps=TUNING.fit_steps, power=1)
+        if state is None:
+            return None
+        error, near = equations.error, equations.near
         agrees = error < (TUNING.outlier_deviations * self._deviation) ** 2
         agreeing = float(weight[agrees].sum())
         if agreeing <= least:
             return None
-        covariance = inverse * variance
-        certain_q = np.maximum(near - self._deviation / np.sqrt(squared), 0.0)
-        # The variance of an M-estimate: its scores scatter as the blocks do, and an outlier, which
-        # has a small weight, adds little to them (Huber and Ronchetti, "Robust Statistics", 6.3).
-        scores = (terms[:_ERROR] * (factor * terms[_ERROR])).sum(axis=1)
-        # Their derivative is smaller than the weights, as these fall with the errors.
-        slopes = (1.0 - forwards * error / variance) / (1.0 + error / variance)
-        mean_slope = max(float((robust * slopes).sum() / robust.sum()), TUNING.min_score_slope)
-        of_yaw = cv2.invert(mean_slope * normal[:, :_ERROR] + trust)[1][_YAW]
-        yaw_variance = float(np.square(of_yaw @ scores).sum() + variance * of_yaw @ trust @ of_yaw)
-        yaw, pitch, roll, course, slope = state.tolist()
+        course_variance = variance * float(equations.inverse[_B, _B])
+        certain_q = np.maximum(near - self._deviation / np.sqrt(equations.squared), 0.0)
+        yaw_variance = self._yaw_variance(equations)
+        yaw, pitch, roll, course, _ = state.tolist()
+        slope, slope_variance = self._slope(equations, state)
         return CameraMotion(
-            yaw=yaw, pitch=pitch, roll=roll, travel=FocusOfExpansion(
-                course, slope, float(covariance[_B, _B]), float(covariance[_C, _C])),
+            yaw=yaw, pitch=pitch, roll=roll,
+            travel=FocusOfExpansion(course, slope, course_variance, slope_variance),
             agreeing=agreeing, agreement=agreeing / float(weight.sum()),
             yaw_variance=yaw_variance, passing=quantile(near, 0.5),
             near=quantile(certain_q[agrees], 0.9))
+
+    def _yaw_variance(self, equations: '_Equations') -> float:
+        """Return the variance of the yaw in square radians."""
+        # That of an M-estimate: its scores scatter as the blocks do, and an outlier, which has a
+        # small weight, adds little to them (Huber and Ronchetti, "Robust Statistics", 6.3).
+        variance, error, robust = self._deviation ** 2, equations.error, equations.robust
+        # Their derivative is smaller than the weights, as these fall with the errors.
+        slopes = (1.0 - (equations.near > 0.0) * error / variance) / (1.0 + error / variance)
+        mean_slope = max(float((robust * slopes).sum() / robust.sum()), TUNING.min_score_slope)
+        of_yaw = cv2.invert(mean_slope * equations.normal + equations.trust)[1][_YAW]
+        return float(np.square(of_yaw @ equations.scores).sum()
+                     + variance * of_yaw @ equations.trust @ of_yaw)
+
+    def _slope(self, equations: '_Equations', state: Numbers) -> tuple[float, float]:
+        """
+        Return the slope of the direction of travel and its variance, from the solved state on.
+
+        Blocks that fail on a dark road err mostly sideways, which seems to be a direction of
+        travel nearer to the road. So the weights fall faster with the error than those of the
+        rotation, to which outliers contribute more than they disturb (Geman and McClure,
+        "Statistical methods for tomographic image reconstruction", 1987).
+        """
+        found = equations.solved(state, steps=TUNING.slope_steps, power=2)
+        slope = (state if found is None else found)[_C]
+        return float(slope), self._deviation ** 2 * float(equations.inverse[_C, _C])
+
+
+class _Equations:
+    """The normal equations of the fit for the state: yaw, pitch, roll, b and c."""
+
+    def __init__(
+        self, points: Numbers, prior: Numbers, trust: Numbers, *, variance: float, least: float,
+    ) -> None:
+        self._prior, self.trust = prior, trust
+        self._shift, (self._azimuth, self._y, _, self._precise) = points[:2], points[2:]
+        self._variance, self._least = variance, least
+        # Effect of each unknown on each point, (6, 3, N): to the right, down, and along the line
+        # on which the distance of the point moves it. The last row is the residual.
+        y = self._y
+        self._terms = terms = np.zeros((_ERROR + 1, 3, len(y)))
+        terms[_YAW, 0] = -1.0
+        sine, cosine, bulge = np.sin(self._azimuth), np.cos(self._azimuth), 1.0 + y * y
+        terms[_PITCH, 0], terms[_PITCH, 1] = -y * sine, -bulge * cosine
+        terms[_ROLL, 0], terms[_ROLL, 1] = -y * cosine, bulge * sine
+        self._rotations = terms[:_B, :2].reshape(_B, -1)
+        self._along, self._factor = np.empty_like(self._shift), np.empty((3, len(y)))
+
+    def solved(self, state: Numbers, *, steps: int, power: int) -> Numbers | None:
+        """
+        Return the state after steps of the Gauss-Newton method; None if it is not determined.
+
+        The weights are 1 / (1 + error / variance), to this power.
+        """
+        for _ in range(steps):
+            self._linearise(state, power)
+            # OpenCV instead of LAPACK, whose threads cost more than this small inversion.
+            solvable, inverse = cv2.invert(self.normal + self.trust)
+            if not solvable:
+                return None
+            self.inverse = np.asarray(inverse)
+            state = state - self.inverse @ (
+                self._gradient + self.trust @ (state - self._prior))
+        return state
+
+    def _linearise(self, state: Numbers, power: int) -> None:
+        terms, along, factor, y = self._terms, self._along, self._factor, self._y
+        apart = self._azimuth - state[_B]
+        ahead = np.cos(apart)
+        np.sin(apart, out=along[0])
+        np.subtract(y * ahead, state[_C], out=along[1])
+        unrotated = self._shift + (state[:_B] @ self._rotations).reshape(along.shape)
+        self.squared = _dot(along, along) + self._least
+        near = _dot(unrotated, along) / self.squared
+        forwards = near > 0.0
+        near *= forwards
+        terms[_ERROR, :2] = unrotated - near * along
+        self.error = _dot(terms[_ERROR, :2], unrotated)
+        """Squared error of each point, in square radians, ..."""
+        self.near = near
+        """...its q, 0 or more, ..."""
+        factor[:2] = self.robust = self._precise * (
+            1.0 + self.error / self._variance) ** -power
+        """...and its weight, (N,)."""
+        # The component along the line determines the distance of the point only.
+        np.divide(self.robust * forwards, -self.squared, out=factor[2])
+        terms[_B, 0], terms[_B, 1] = near * ahead, -near * y * along[0]
+        terms[_C, 1] = near
+        terms[:_ERROR, 2] = terms[:_ERROR, 0] * along[0] + terms[:_ERROR, 1] * along[1]
+        normal = (terms[:_ERROR] * factor).reshape(_ERROR, -1) @ terms.reshape(_ERROR + 1, -1).T
+        self.normal, self._gradient = normal[:, :_ERROR], normal[:, _ERROR]
+
+    @property
+    def scores(self) -> Numbers:
+        """Return the part of each point in the gradient, (5, N)."""
+        weighted = self._factor * self._terms[_ERROR]
+        return np.asarray((self._terms[:_ERROR] * weighted).sum(axis=1))
 
 
 def _dot(first: Numbers, second: Numbers) -> Numbers:

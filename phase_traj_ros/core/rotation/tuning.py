@@ -70,7 +70,10 @@ class YawTuning:
 
     # The fit of the motion.
     fit_steps: int = 4
-    """Steps of the Gauss-Newton method."""
+    """Steps of the Gauss-Newton method, ..."""
+    slope_steps: int = 2
+    """...and further ones for the slope of the direction of travel, with weights that fall faster:
+    without them, distances are 0.2 % longer by day, and a fifth of their excess at night."""
     inverse_depth_deviation: float = 0.1
     """Prior standard deviation of the translation divided by the distance of a block."""
     outlier_deviations: float = 3.0
