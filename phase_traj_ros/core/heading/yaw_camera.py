@@ -274,7 +274,11 @@ class YawCamera:
             # Numbers and estimates describe the upright image, calibrations the frames.
             camera = camera.turned_180()
         projection = CylinderProjection(camera, rotate_180=self.rotate_180)
-        meter = YawMeter(projection, mask=self._weights.mask, keyframes=self._keyframes)
+        # Another column of the principal point does not change the pitch.
+        before = self._meter if lens.horizon == self.lens.horizon else None
+        meter = YawMeter(
+            projection, mask=self._weights.mask, keyframes=self._keyframes,
+            mounting=None if before is None else before.mounting)
         if self._weights.keep_for(frame.shape):
             meter.use_mask(self._weights.current)
         self._focal = (camera.fx, camera.fy)

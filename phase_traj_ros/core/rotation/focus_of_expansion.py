@@ -85,6 +85,12 @@ class Mounting:
         """
         return math.cos(math.atan(self.slope))
 
+    def without_azimuth(self) -> 'Mounting':
+        """Return a mounting of which nothing is known but the slope."""
+        other = Mounting()
+        other.slope, other._slope_variance = self.slope, self._slope_variance
+        return other
+
     def add(self, travel: FocusOfExpansion, interval: float, yaw_rate: float) -> None:
         """
         Add the direction of travel of a pair of frames.

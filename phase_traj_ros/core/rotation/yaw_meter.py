@@ -80,13 +80,14 @@ class YawMeter:
 
     def __init__(
         self, projection: CylinderProjection, *, mask: NDArray[np.float32] | None = None,
-        keyframes: bool = True,
+        keyframes: bool = True, mounting: Mounting | None = None,
     ) -> None:
         """
         Make a meter for frames of the size of ``projection``.
 
         ``mask`` is the weight of each pixel of the frames, (H, W), 0 to 1; None if all count
-        equally. Without ``keyframes``, each frame is compared with its predecessor.
+        equally. Without ``keyframes``, each frame is compared with its predecessor. The slope of
+        ``mounting`` is that of the camera, if it is known from earlier frames.
 
         Raises
         ------
@@ -96,6 +97,8 @@ class YawMeter:
         """
         self._projection = projection
         self._keyframes = keyframes
+        self.mounting = mounting or Mounting()
+        """Direction in which a vehicle with this camera drives straight ahead."""
         mask, counts = self._projected(mask)
         self._matcher = BlockMatcher(projection, counts)
         self._whole_shift = WholeShift(projection, mask)
@@ -105,7 +108,7 @@ class YawMeter:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything: the next frame is the first."""
+        """Forget everything but the pitch of the camera: the next frame is the first."""
         self._whole_shift.correlator.reset()
         self._matcher.grid.forget()
         self._previous: NDArray[np.uint8] | None = None
@@ -119,8 +122,7 @@ class YawMeter:
         self._passing = 0.0
         self._traffic.reset()
         self._stood = False
-        self.mounting = Mounting()
-        """Direction in which a vehicle with this camera drives straight ahead."""
+        self.mounting = self.mounting.without_azimuth()
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """

@@ -11,6 +11,7 @@ from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
@@ -126,6 +127,29 @@ def test_a_learned_camera_is_taken_even_if_it_is_what_was_guessed():
         assert estimator.camera.in_use.settled is settled
         # The heading is as uncertain as the camera.
         assert estimator.tracker.scale_deviation == learned.focal_deviation
+
+
+class _Column(SelfCalibration):
+    """Learns another column of the principal point from each frame."""
+
+    lens = property(lambda self: Lens(focal_px=300.0, offset=0.02))
+
+    def update(self, frame, shift_px, interval):
+        return True
+
+
+def test_a_column_that_is_learned_keeps_the_pitch():
+    frame = np.random.default_rng(1).integers(0, 255, (180, 480)).astype(np.uint8)
+    camera = VisualCompass(Lens(focal_px=300.0), learning=_Column()).camera
+    camera.measure(frame, 0.1)
+    assert camera.tilt == 1.0
+    down = FocusOfExpansion(0.0, -0.3, 1e-5, 1e-5)
+    for _ in range(30):
+        camera._meter.mounting.add(down, 0.1, 0.0)
+    tilt = camera.tilt
+    assert tilt == pytest.approx(1.0 / math.hypot(1.0, 0.3), abs=0.002)
+    assert camera.learn(TENTH) == 1.0
+    assert (camera.lens.offset, camera.tilt) == (0.02, tilt)
 
 
 class Learner(SelfCalibration):

@@ -13,8 +13,10 @@ from phase_traj_ros.core import (
     Lens,
     TrajectoryEstimator,
 )
+from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.rotation.tuning import TUNING
+from phase_traj_ros.core.rotation.yaw_meter import YawMeter
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
 
@@ -73,6 +75,19 @@ def test_a_tilted_camera_measures_a_share_of_a_turn(pitch_deg, rate_hz):
     assert mounting.level == pytest.approx(math.cos(pitch), abs=0.003)
     in_a_turn = travelled(np.random.default_rng(4), slope=1.0, rate_hz=rate_hz, turn=0.5)
     assert in_a_turn.level == 1.0
+
+
+def test_the_pitch_outlasts_a_reset_and_the_azimuth_does_not():
+    meter = YawMeter(CylinderProjection(CameraModel(
+        width=480, height=180, fx=300.0, fy=300.0, cx=240.0, cy=90.0)))
+    known = travelled(np.random.default_rng(5), mounted=0.05, slope=-0.2, rate_hz=10)
+    meter.mounting = known
+    meter.reset()
+    assert (meter.mounting.level, meter.mounting.angle) == (known.level, 0.0)
+    assert meter.mounting.deviation == TUNING.mounting_deviation
+    meter.mounting.add(FocusOfExpansion(0.0, 0.0, SURE, SURE), 0.1, 0.0)
+    # It is as sure as before.
+    assert meter.mounting.level == pytest.approx(known.level, abs=0.001)
 
 
 @pytest.fixture(scope='module')
