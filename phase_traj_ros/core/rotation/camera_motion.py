@@ -142,6 +142,7 @@ class MotionFit:
         certain_q = np.maximum(near - self._deviation / np.sqrt(equations.squared), 0.0)
         yaw_variance = self._yaw_variance(equations)
         yaw, pitch, roll, course, _ = state.tolist()
+        # Last, as it solves the equations again.
         slope, slope_variance = self._slope(equations, state)
         return CameraMotion(
             yaw=yaw, pitch=pitch, roll=roll,
@@ -167,9 +168,9 @@ class MotionFit:
         Return the slope of the direction of travel and its variance, from the solved state on.
 
         Blocks that fail on a dark road err mostly sideways, which seems to be a direction of
-        travel nearer to the road. So the weights fall faster with the error than those of the
-        rotation, to which outliers contribute more than they disturb (Geman and McClure,
-        "Statistical methods for tomographic image reconstruction", 1987).
+        travel nearer to the road. So the weights fall faster with the error here (Geman and
+        McClure, "Statistical methods for tomographic image reconstruction", 1987). With such
+        weights for the rotation, too, the heading would drift more.
         """
         found = equations.solved(state, steps=TUNING.slope_steps, power=2)
         slope = (state if found is None else found)[_C]
