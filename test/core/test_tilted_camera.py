@@ -29,12 +29,12 @@ def town(request):
     return drive, drive.build_scene()
 
 
-def followed(town, *, pitch_deg=0.0, roll_deg=0.0, given_roll_deg=0.0):
+def followed(town, *, pitch_deg=0.0, given_roll_deg=0.0):
     """Return the errors of heading (degrees, positive if too far) and distance (relative)."""
     drive, scene = town
     poses = drive.poses.copy()
     poses[:, 3] += math.radians(pitch_deg)
-    poses[:, 4] += math.radians(roll_deg)
+    poses[:, 4] += math.radians(given_roll_deg)
     model = CameraModel(
         width=CAMERA.width, height=CAMERA.height, fx=CAMERA.focal, fy=CAMERA.focal, cx=CAMERA.cx,
         cy=CAMERA.cy)
@@ -58,6 +58,6 @@ def test_a_camera_that_points_up_or_down_measures_the_whole_turn(town, pitch_deg
 
 @pytest.mark.parametrize('roll_deg', [-6.0, 6.0])
 def test_the_turn_of_a_rolled_camera_is_no_slope_of_the_road(town, roll_deg):
-    _, distance = followed(town, roll_deg=roll_deg, given_roll_deg=roll_deg)
+    _, distance = followed(town, given_roll_deg=roll_deg)
     # It was 6 % off, in one direction to the left and in the other to the right.
     assert abs(distance) < 0.015

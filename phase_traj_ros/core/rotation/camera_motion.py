@@ -28,6 +28,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens_family import Numbers
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.rotation.tuning import TUNING
@@ -105,51 +106,51 @@ class MotionFit:
         azimuth = (self._azimuths + aside)[used] + u / 2
         y = (self._slopes + down)[used] + w / 2
         points = np.array([u, w, azimuth, y, weight, precise])
-        best = self._fitted(points, travel, quantile(u, 0.5))
-        if best is None or best.agreement < TUNING.restart_share:
+        total = float(weight.sum())
+        best = self._solved(points, travel, quantile(u, 0.5))
+        if best is None or best.agreeing / total < TUNING.restart_share:
             ahead = (np.abs(azimuth - travel.course) < TUNING.ahead_size[0]) & (
                 np.abs(y - travel.slope) < TUNING.ahead_size[1])
             if ahead.any():
-                best = self._fitted(
-                    points, travel, quantile(u[ahead], 0.5),
-                    least=0.0 if best is None else best.agreeing) or best
-        return best
+                other = self._solved(points, travel, quantile(u[ahead], 0.5))
+                if best is None or (other is not None and other.agreeing > best.agreeing):
+                    best = other
+        return None if best is None else self._motion(best, total)
 
-    def _fitted(
-        self, points: Numbers, travel: FocusOfExpansion, yaw: float, *,
-        least: float = 0.0,
-    ) -> CameraMotion | None:
+    def _solved(
+        self, points: Numbers, travel: FocusOfExpansion, yaw: float,
+    ) -> '_Equations | None':
         """
-        Return the motion, searched from a yaw on; None if it is not determined.
+        Return the equations at their solution, searched from a yaw on.
 
-        None as well if no more blocks agree with it than ``least``, the sum of their weights.
+        None if it is not determined, or no block agrees with it.
         """
-        weight, variance = points[4], self._deviation ** 2
-        prior = np.array([yaw, 0.0, 0.0, travel.course, travel.slope])
-        trust = variance * np.diag(
-            [0.0, 0.0, 0.0, 1 / travel.course_variance, 1 / travel.slope_variance])
-        equations = _Equations(points, prior, trust, variance=variance, least=self._least)
+        variance = self._deviation ** 2
+        equations = _Equations(
+            points, np.array([yaw, 0.0, 0.0, travel.course, travel.slope]),
+            variance * np.diag(
+                [0.0, 0.0, 0.0, 1 / travel.course_variance, 1 / travel.slope_variance]),
+            variance=variance, least=self._least)
         # Cauchy weights: outliers, such as other traffic, have little effect.
-        state = equations.solved(prior, steps=TUNING.fit_steps, power=1)
-        if state is None:
-            return None
-        error, near = equations.error, equations.near
-        agrees = error < (TUNING.outlier_deviations * self._deviation) ** 2
-        agreeing = float(weight[agrees].sum())
-        if agreeing <= least:
-            return None
-        course_variance = variance * float(equations.inverse[_B, _B])
+        solved = equations.solve(steps=TUNING.fit_steps, power=1)
+        return equations if solved and equations.agreeing > 0.0 else None
+
+    def _motion(self, equations: '_Equations', total: float) -> CameraMotion:
+        """Return the motion that solves the equations; ``total`` is the sum of all weights."""
+        near, agreeing = equations.near, equations.agreeing
         certain_q = np.maximum(near - self._deviation / np.sqrt(equations.squared), 0.0)
+        certain_q = certain_q[equations.agrees]
+        course_variance = self._deviation ** 2 * float(equations.inverse[_B, _B])
         yaw_variance = self._yaw_variance(equations)
-        yaw, pitch, roll, course, _ = state.tolist()
+        yaw, pitch, roll, course, _ = equations.state.tolist()
         # Last, as it solves the equations again.
-        slope, slope_variance = self._slope(equations, state)
+        slope, slope_variance = self._slope(equations)
         return CameraMotion(
             yaw=yaw, pitch=pitch, roll=roll,
             travel=FocusOfExpansion(course, slope, course_variance, slope_variance),
-            agreeing=agreeing, agreement=agreeing / float(weight.sum()),
+            agreeing=agreeing, agreement=agreeing / total,
             yaw_variance=yaw_variance, passing=quantile(near, 0.5),
-            near=quantile(certain_q[agrees], 0.9))
+            near=quantile(certain_q, 0.9))
 
     def _yaw_variance(self, equations: '_Equations') -> float:
         """Return the variance of the yaw in square radians."""
@@ -163,18 +164,17 @@ class MotionFit:
         return float(np.square(of_yaw @ equations.scores).sum()
                      + variance * of_yaw @ equations.trust @ of_yaw)
 
-    def _slope(self, equations: '_Equations', state: Numbers) -> tuple[float, float]:
+    def _slope(self, equations: '_Equations') -> tuple[float, float]:
         """
-        Return the slope of the direction of travel and its variance, from the solved state on.
+        Return the slope of the direction of travel and its variance, from the solution on.
 
         Blocks that fail on a dark road err mostly sideways, which seems to be a direction of
         travel nearer to the road. So the weights fall faster with the error here (Geman and
         McClure, "Statistical methods for tomographic image reconstruction", 1987). With such
         weights for the rotation, too, the heading would drift more.
         """
-        found = equations.solved(state, steps=TUNING.slope_steps, power=2)
-        slope = (state if found is None else found)[_C]
-        return float(slope), self._deviation ** 2 * float(equations.inverse[_C, _C])
+        equations.solve(steps=TUNING.slope_steps, power=2)
+        return float(equations.state[_C]), self._deviation ** 2 * float(equations.inverse[_C, _C])
 
 
 class _Equations:
@@ -183,8 +183,9 @@ class _Equations:
     def __init__(
         self, points: Numbers, prior: Numbers, trust: Numbers, *, variance: float, least: float,
     ) -> None:
-        self._prior, self.trust = prior, trust
-        self._shift, (self._azimuth, self._y, _, self._precise) = points[:2], points[2:]
+        self.state, self._prior, self.trust = prior, prior, trust
+        self._shift = points[:2]
+        self._azimuth, self._y, self._weight, self._precise = points[2:]
         self._variance, self._least = variance, least
         # Effect of each unknown on each point, (6, 3, N): to the right, down, and along the line
         # on which the distance of the point moves it. The last row is the residual.
@@ -197,22 +198,32 @@ class _Equations:
         self._rotations = terms[:_B, :2].reshape(_B, -1)
         self._along, self._factor = np.empty_like(self._shift), np.empty((3, len(y)))
 
-    def solved(self, state: Numbers, *, steps: int, power: int) -> Numbers | None:
+    def solve(self, *, steps: int, power: int) -> bool:
         """
-        Return the state after steps of the Gauss-Newton method; None if it is not determined.
+        Improve the state by steps of the Gauss-Newton method; return False if it is undetermined.
 
         The weights are 1 / (1 + error / variance), to this power.
         """
         for _ in range(steps):
-            self._linearise(state, power)
+            self._linearise(self.state, power)
             # OpenCV instead of LAPACK, whose threads cost more than this small inversion.
             solvable, inverse = cv2.invert(self.normal + self.trust)
             if not solvable:
-                return None
+                return False
             self.inverse = np.asarray(inverse)
-            state = state - self.inverse @ (
-                self._gradient + self.trust @ (state - self._prior))
-        return state
+            self.state = self.state - self.inverse @ (
+                self._gradient + self.trust @ (self.state - self._prior))
+        return True
+
+    @property
+    def agrees(self) -> NDArray[np.bool_]:
+        """Return which points agree with the state, (N,)."""
+        return self.error < TUNING.outlier_deviations ** 2 * self._variance
+
+    @property
+    def agreeing(self) -> float:
+        """Return the sum of the weights of the points that agree."""
+        return float(self._weight[self.agrees].sum())
 
     def _linearise(self, state: Numbers, power: int) -> None:
         terms, along, factor, y = self._terms, self._along, self._factor, self._y

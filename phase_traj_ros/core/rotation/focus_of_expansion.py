@@ -104,11 +104,17 @@ class Mounting:
         if abs(yaw_rate) > TUNING.straight_yaw_rate:
             return
         pairs = max(TUNING.course_time_s / interval, 1.0)
-        noise = (TUNING.course_deviation ** 2 + travel.course_variance) * pairs
-        gain = self._variance / (self._variance + noise)
-        self.angle += gain * (travel.course - self.angle)
-        self._variance *= 1.0 - gain
-        noise = (TUNING.slope_deviation ** 2 + travel.slope_variance) * pairs
-        gain = self._slope_variance / (self._slope_variance + noise)
-        self.slope += gain * (travel.slope - self.slope)
-        self._slope_variance *= 1.0 - gain
+        self.angle, self._variance = _filtered(
+            self.angle, self._variance, travel.course,
+            (TUNING.course_deviation ** 2 + travel.course_variance) * pairs)
+        self.slope, self._slope_variance = _filtered(
+            self.slope, self._slope_variance, travel.slope,
+            (TUNING.slope_deviation ** 2 + travel.slope_variance) * pairs)
+
+
+def _filtered(
+    state: float, variance: float, measured: float, noise: float,
+) -> tuple[float, float]:
+    """Return a state and its variance after a measurement with the variance ``noise``."""
+    gain = variance / (variance + noise)
+    return state + gain * (measured - state), variance * (1.0 - gain)
