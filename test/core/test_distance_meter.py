@@ -6,11 +6,10 @@ from dataclasses import replace
 from functools import lru_cache
 import math
 
-from half_size import HALF
+from demo_street import street
 import numpy as np
 from phase_traj_ros.core import (
     CameraEstimate,
-    CameraModel,
     CodeSource,
     EstimatorSettings,
     Lens,
@@ -24,32 +23,11 @@ from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.road_camera import RoadCamera
 from phase_traj_ros.core.road.travel import Travel
-from phase_traj_ros.io.sources.folder import FolderSource
-from phase_traj_ros.synthetic import (
-    Camera,
-    KITTI_CAMERA,
-    named_drive,
-    plan_drive,
-    poses_from_kitti,
-    render_drive,
-    Straight,
-)
-from phase_traj_ros.synthetic.degradations import encoded, sensor_noise
-from phase_traj_ros.tasks.evaluation.scores import distance_error
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
 S = 10**9
-
-
-@lru_cache
-def street(camera=HALF, count=45):
-    """Return the first frames of the demo's drive, its camera, and the true steps in metres."""
-    drive = replace(named_drive('demo'), camera=camera).take(range(count))
-    model = CameraModel(
-        width=camera.width, height=camera.height, fx=camera.focal, fy=camera.focal, cx=camera.cx,
-        cy=camera.cy)
-    steps = np.hypot(*np.diff(drive.poses[:, :2], axis=0).T)
-    return list(render_drive(drive)), drive.stamps_ns.tolist(), model, steps
 
 
 def settings(**values):
@@ -303,113 +281,3 @@ def test_a_road_on_which_only_copies_show_is_unclear_though_its_distance_is_unkn
     estimator, updates = run(settings(camera_height=1.65))
     assert total(updates) == 0.0
     assert 'road_unclear' in estimator.reliability.words
-
-
-@pytest.mark.parametrize('road', ['rendered', 'real'])
-def test_a_film_is_measured_or_its_road_is_called_unclear(request, road):
-    """The encoder copies the road with a wrong motion where that costs it less."""
-    pytest.importorskip('av')
-    if road == 'rendered':
-        # In smaller pictures, even moderate compression shortens the distance.
-        frames, stamps, model, steps = street(KITTI_CAMERA, 30)
-        height = KITTI_CAMERA.above_ground
-    else:
-        folder, height = request.getfixturevalue('kitti_root') / '06', 1.65
-        source = FolderSource(folder / 'image_0')
-        model = source.camera(rectified=True)
-        frames, stamps = zip(*((frame.image, frame.stamp_ns) for frame in list(source)[:30]))
-        places = np.loadtxt(folder / 'poses.txt').reshape(-1, 3, 4)[:, :, 3]
-        steps = np.linalg.norm(np.diff(places[:30], axis=0), axis=1)
-
-    def driven(shown):
-        estimator = TrajectoryEstimator(EstimatorSettings(
-            lens=Lens(camera=replace(model, width=shown[0].shape[1])),
-            code_source=CodeSource.AUTO, camera_height=height))
-        for frame, stamp in zip(shown, stamps):
-            estimator.update(frame, stamp)
-        return estimator
-
-    whole = driven(frames)
-    assert whole.way.distance == pytest.approx(steps.sum(), rel=0.03)
-    assert whole.reliability.of_drive.reliable
-    for rate_factor in (23, 30, 40):
-        film = driven(encoded(frames, rate_factor=rate_factor))
-        near = film.way.distance == pytest.approx(whole.way.distance, rel=0.03)
-        # The first pairs have no distance where their speed cannot be told.
-        assert near or {'road_unclear', 'distance_unknown'} & {*film.reliability.words}
-        if rate_factor == 23:
-            assert near and film.reliability.of_drive.reliable
-
-
-@pytest.mark.parametrize(('sequence', 'stretch'), [('00', slice(20, 90)), ('06', slice(0, 51))])
-def test_real_roads(kitti_root, sequence, stretch):
-    folder = kitti_root / sequence
-    source = FolderSource(folder / 'image_0')
-    estimator = TrajectoryEstimator(EstimatorSettings(
-        lens=Lens(camera=source.camera(rectified=True)), code_source=CodeSource.AUTO,
-        camera_height=1.65))
-    places = [(0.0, 0.0)]
-    for frame in list(source)[stretch]:
-        update = estimator.update(frame.image, frame.stamp_ns)
-        if update is not None:
-            places.append((update.odometry.pose.x, update.odometry.pose.y))
-    true = poses_from_kitti(np.loadtxt(folder / 'poses.txt'))[stretch, :2]
-    assert abs(distance_error(np.array(places), true)) < 0.05
-
-
-def test_a_motorway_in_small_pictures_at_ten_hertz_is_measured():
-    """A frame later, the road is 3.5 m nearer, where ten rows were one."""
-    camera = Camera.with_field_of_view(640, 240, 85)
-    drive = plan_drive('', [Straight(3.0)], rate_hz=10.0, camera=camera, speed=35.0, seed=17)
-    estimator = TrajectoryEstimator(EstimatorSettings(
-        code_source=CodeSource.AUTO, lens=Lens(hfov_deg=85), camera_height=camera.above_ground))
-    updates = [estimator.update(frame, stamp)
-               for frame, stamp in zip(render_drive(drive), drive.stamps_ns.tolist())]
-    assert {update.travel.state for update in updates[1:]} == {TravelState.MEASURED}
-    assert estimator.way.distance == pytest.approx(3.5 * (len(updates) - 1), rel=0.015)
-
-
-def test_reversing_goes_back():
-    # In smaller pictures, so slow a vehicle hardly moves.
-    frames, _, model, steps = street(KITTI_CAMERA, 16)
-    estimator = TrajectoryEstimator(settings(camera_height=1.65, lens=Lens(camera=model)))
-    # Slowly, as vehicles reverse: every frame takes three times as long as it was driven in.
-    order = [*range(15), *[15] * 8, *range(14, 0, -1)]
-    updates = [
-        estimator.update(sensor_noise(frames[index], sigma=1.0, seed=place), place * 3 * S // 10)
-        for place, index in enumerate(order)]
-    back = [update.travel for update in updates[-10:]]
-    assert sum(travel.distance for travel in back) == pytest.approx(-steps[1:11].sum(), rel=0.15)
-    assert updates[-1].tip.x < updates[20].tip.x - 5.0
-
-
-def test_frames_are_left_out_while_the_road_is_measured_and_stays_in_view():
-    frames, _, model, _ = street()
-    road, camera = RoadCamera(), YawCamera(Lens(camera=model))
-    assert road.reaches(camera, 1.0)
-    camera.measure(frames[0], 0.1)
-    road.start(frames[0], camera)
-
-    def add(frame):
-        return road.measure(frame, camera, camera.measure(frame, 0.1), 0.1).state
-
-    assert not road.reaches(camera, 0.1)
-    assert [add(frame) for frame in frames[1:5]][-1] is TravelState.MEASURED
-    # A fifth of the length of the patches, in heights of the camera.
-    assert road.reaches(camera, 0.9) and not road.reaches(camera, 1.1)
-    # The speed is in doubt after half a second without a measurement.
-    grey = np.full_like(frames[5], 128)
-    assert add(grey) is TravelState.BRIDGED and road.reaches(camera, 0.1)
-    assert {add(grey) for _ in range(5)} == {TravelState.BRIDGED}
-    assert not road.reaches(camera, 0.1)
-
-
-def test_frames_are_left_out_where_no_road_is_in_view():
-    frames, _, model, _ = street()
-    road = RoadCamera(pitch_deg=-50.0)
-    camera = YawCamera(Lens(camera=model))
-    camera.measure(frames[0], 0.1)
-    road.start(frames[0], camera)
-    assert not road.reaches(camera, 0.1)
-    unknown = road.measure(frames[1], camera, camera.measure(frames[1], 0.1), 0.1)
-    assert unknown.state is TravelState.UNKNOWN and road.reaches(camera, 0.1)
