@@ -56,6 +56,14 @@ def test_a_camera_that_points_up_or_down_measures_the_whole_turn(town, pitch_deg
     assert abs(distance) < 0.015
 
 
+@pytest.mark.parametrize('pitch_deg', [18.0, 20.0])
+def test_a_steep_camera_is_not_taken_for_a_level_one(town, pitch_deg):
+    turned, distance = followed(town, pitch_deg=pitch_deg)
+    # A slope that kept to its prior lost up to 80 % of the distance, and 4 to 22 degrees.
+    assert abs(turned) < 2.0
+    assert abs(distance) < 0.1
+
+
 @pytest.mark.parametrize('roll_deg', [-6.0, 6.0])
 def test_the_turn_of_a_rolled_camera_is_no_slope_of_the_road(town, roll_deg):
     _, distance = followed(town, given_roll_deg=roll_deg)

@@ -173,8 +173,13 @@ class MotionFit:
         McClure, "Statistical methods for tomographic image reconstruction", 1987). With such
         weights for the rotation, too, the heading would drift more.
         """
+        solution, inverse = equations.state, equations.inverse
         equations.solve(steps=TUNING.slope_steps, power=2)
-        return float(equations.state[_C]), self._deviation ** 2 * float(equations.inverse[_C, _C])
+        # Far from the prior, as with a steep camera at first, the steeper weights would leave out
+        # the blocks that contradict it.
+        if abs(equations.state[_C] - solution[_C]) < TUNING.slope_deviation / 2:
+            solution, inverse = equations.state, equations.inverse
+        return float(solution[_C]), self._deviation ** 2 * float(inverse[_C, _C])
 
 
 class _Equations:
