@@ -19,6 +19,7 @@ NOISE = cv2.GaussianBlur(
     np.random.default_rng(0).normal(size=(4096, 1024)).astype(np.float32), (0, 0), 1.5)
 NOISE = np.clip(110 + 14 * NOISE / NOISE.std(), 0, 255).astype(np.uint8)
 PER_HEIGHT = 40.0
+LEVEL = np.eye(3)
 
 
 class Road:

@@ -44,12 +44,29 @@ class Horizon:
         return np.array([
             level * math.sin(self.roll), level * math.cos(self.roll), math.sin(self.pitch)])
 
-    def levelling(self) -> NDArray[np.float64]:
-        """Return the matrix (3, 3) that rotates the image axes to those of a level camera."""
+    def levelling(self, azimuth: float = 0.0) -> NDArray[np.float64]:
+        """
+        Return the matrix (3, 3) that rotates the image axes to those of a level camera.
+
+        The level camera points to an ``azimuth`` in radians, positive to the right of this one.
+        """
         down = self.down()
         ahead = np.array([0.0, 0.0, 1.0]) - down[2] * down
         ahead /= np.linalg.norm(ahead)
-        return np.stack([np.cross(down, ahead), down, ahead])
+        right = np.cross(down, ahead)
+        sine, cosine = math.sin(azimuth), math.cos(azimuth)
+        return np.stack([
+            cosine * right - sine * ahead, down, sine * right + cosine * ahead])
+
+    def pitch_along(self, course: float, slope: float) -> float:
+        """
+        Return the pitch of a camera with this roll whose direction of travel is level.
+
+        The direction has the azimuth ``course``, in radians, positive to the right, and the
+        ``slope`` below the optical axis.
+        """
+        sideways = math.sin(course) * math.sin(self.roll) + slope * math.cos(self.roll)
+        return -math.atan2(sideways, math.cos(course))
 
 
 class HorizonEstimator:

@@ -99,6 +99,11 @@ class YawCamera:
         return self.lens.tilt * self._meter.mounting.level
 
     @property
+    def azimuth(self) -> float:
+        """Return the azimuth in the image of travel straight ahead, in radians, right positive."""
+        return 0.0 if self._meter is None else self._meter.mounting.angle
+
+    @property
     def in_use(self) -> CameraInUse | None:
         """Return the camera in use; None before the first frame."""
         return CameraInUse.of(self.lens, self._shape[1]) if self._shape else None

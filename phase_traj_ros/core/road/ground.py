@@ -4,8 +4,8 @@
 Bird's-eye patches of the road.
 
 The road is a plane, one unit (the camera height) below the camera. A point on it is z ahead and x
-to the right. In a level frame with x to the right, y down and z forward, the camera sees it in the
-direction (x, 1, z). The horizon rotates this frame to that of the camera.
+to the right. In a level frame with x to the right, y down and z in the direction of travel, the
+camera sees it in the direction (x, 1, z).
 """
 
 import math
@@ -13,7 +13,6 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.model import CameraModel, ImagePoints
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.windows import Window, window_2d
@@ -23,15 +22,18 @@ CELL = 0.03
 """Side of a cell in camera heights: 5 cm for a camera 1.65 m above the road."""
 
 
-def stretches(camera: CameraModel, horizon: Horizon) -> tuple[tuple[float, float], ...]:
+def stretches(
+    camera: CameraModel, levelling: NDArray[np.float64],
+) -> tuple[tuple[float, float], ...]:
     """
     Return the near and the far stretch of the road that a camera resolves.
 
-    Each is from a start to an end ahead, in camera heights. The result is empty if too little of
+    ``levelling`` (3, 3) rotates the image axes to those of a level camera that points in the
+    direction of travel. Each stretch is from a start to an end ahead, in camera heights. The result is empty if too little of
     the road is visible.
     """
     ahead = np.arange(TUNING.patch_begin, TUNING.patch_end, CELL)
-    rows, seen = _rows_per_cell(camera, horizon, ahead)
+    rows, seen = _rows_per_cell(camera, levelling, ahead)
     sharp = np.append(seen & (rows > CELL / TUNING.max_row_spacing), False)
     first = int(sharp.argmax())
     last = first + int(sharp[first:].argmin())
@@ -51,13 +53,13 @@ class GroundPatch:
     """
 
     def __init__(
-        self, camera: CameraModel, horizon: Horizon, stretch: tuple[float, float], *,
-        rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
+        self, camera: CameraModel, levelling: NDArray[np.float64],
+        stretch: tuple[float, float], *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
     ) -> None:
         """
         Compute the mapping from a frame to the patch.
 
-        ``camera`` is the model of the upright image, ``horizon`` its tilt relative to the road,
+        ``camera`` is the model of the upright image, ``levelling`` as in ``stretches``,
         ``stretch`` the start and the end of the patch ahead, in camera heights. The frames are
         upside down with ``rotate_180``, and ``mask`` is the weight of each of their pixels, (H,
         W), 0 to 1.
@@ -67,13 +69,13 @@ class GroundPatch:
         self._ahead = np.asarray(begin + CELL * (np.arange(count)[::-1] + 0.5), np.float64)
         across = _even(2.0 * TUNING.half_width / CELL)
         self._aside = CELL * (np.arange(across) - (across - 1) / 2)
-        sight = _seen(camera, horizon, *np.meshgrid(self._aside, self._ahead))
+        sight = _seen(camera, levelling, *np.meshgrid(self._aside, self._ahead))
         columns, rows = sight.columns, sight.rows
         if rotate_180:
             columns, rows = camera.width - 1 - columns, camera.height - 1 - rows
         self._maps = cv2.convertMaps(
             columns.astype(np.float32), rows.astype(np.float32), cv2.CV_16SC2)
-        self._levelling = horizon.levelling()
+        self._levelling = levelling
         self._to_road = np.array([
             [CELL, 0.0, self._aside[0]], [0.0, 0.0, 1.0], [0.0, -CELL, self._ahead[0]]])
         self._from_road = np.linalg.inv(self._to_road)
@@ -85,7 +87,7 @@ class GroundPatch:
         """Share of the patch that is visible and not masked out, 0 to 1."""
         self.depth = float(self._ahead @ self.window.sum(axis=1)) / max(total, 1e-9)
         """Weighted mean distance of the patch ahead, in camera heights."""
-        rows_per_cell, _ = _rows_per_cell(camera, horizon, self._ahead)
+        rows_per_cell, _ = _rows_per_cell(camera, levelling, self._ahead)
         self.blur_cells = TUNING.interpolation_blur / float(np.median(rows_per_cell))
         """Standard deviation of the blur along the road in a pair of patches, in cells."""
 
@@ -149,18 +151,19 @@ def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
 
 
 def _rows_per_cell(
-    camera: CameraModel, horizon: Horizon, ahead: NDArray[np.float64],
+    camera: CameraModel, levelling: NDArray[np.float64], ahead: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return the image rows between neighbours of (N,) cells ahead, and if both are seen."""
-    sight = _seen(camera, horizon, np.zeros_like(ahead), ahead)
+    sight = _seen(camera, levelling, np.zeros_like(ahead), ahead)
     return np.abs(np.diff(sight.rows)), sight.seen[1:] & sight.seen[:-1]
 
 
 def _seen(
-    camera: CameraModel, horizon: Horizon, aside: NDArray[np.float64], ahead: NDArray[np.float64],
+    camera: CameraModel, levelling: NDArray[np.float64], aside: NDArray[np.float64],
+    ahead: NDArray[np.float64],
 ) -> ImagePoints:
     level = np.stack([aside, np.ones_like(aside), ahead], axis=-1)
-    return camera.project(*np.moveaxis(level @ horizon.levelling(), -1, 0))
+    return camera.project(*np.moveaxis(level @ levelling, -1, 0))
 
 
 def _smoothed(patch: NDArray[np.float32], deviation: float) -> NDArray[np.float32]:

@@ -53,7 +53,9 @@ class RoadMeter:
         self.speed_filter = SpeedFilter() if speed_filter is None else speed_filter
         """Speed of the vehicle."""
         self._matchers: tuple[PatchMatcher, ...] | None = None
-        self._assumed, self._mean_pitch_rate = 0.0, 0.0
+        self._azimuth = self._mean_pitch_rate = 0.0
+        # Azimuth and pitch with which the patches were made.
+        self._assumed_azimuth = self._assumed = 0.0
         self._key_frame: Frame | None = None
         # The newest measured distance.
         self._measured = Travel(0.0, 0.0, TravelState.UNKNOWN)
@@ -85,7 +87,8 @@ class RoadMeter:
 
     def update(
         self, frame: Frame, interval: float, motion: CameraMotion | None, *,
-        yaw: float | None = None, still: bool = False, interval_deviation: float = 0.0,
+        yaw: float | None = None, azimuth: float = 0.0, still: bool = False,
+        interval_deviation: float = 0.0,
     ) -> Travel:
         """
         Add the next frame, (H, W), and return the distance of its pair in camera heights.
@@ -93,8 +96,11 @@ class RoadMeter:
         The frame must not change afterwards. ``interval`` is the time since the previous one, in
         seconds, above 0, with the standard deviation ``interval_deviation``. ``motion`` is that of
         the camera, None if the blocks do not agree, such as in reverse; then the ``yaw`` in
-        radians is used, if known. ``still`` is whether the vehicle is known to stand.
+        radians is used, if known. A vehicle that drives straight ahead travels at this ``azimuth``
+        of the camera, in radians, positive to the right. ``still`` is whether the vehicle is known
+        to stand.
         """
+        self._azimuth = azimuth
         self.speed_filter.predict(interval, interval_deviation=interval_deviation)
         self.tilt.predict(interval)
         self._profile.predict(interval)
@@ -105,7 +111,9 @@ class RoadMeter:
             driven = self.speed_filter.speed * max(motion.age, interval)
             speeds = self.speed_filter
             if not speeds.known or speeds.doubtful or driven > TUNING.min_slide:
-                self.tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
+                travel = motion.travel
+                self.tilt.add(
+                    self._horizon.pitch_along(travel.course, travel.slope), travel.slope_variance)
             turn = (motion.yaw, self._pitch_change(motion, interval), motion.roll)
         elif yaw is not None:
             turn = (yaw, 0.0, 0.0)
@@ -126,7 +134,8 @@ class RoadMeter:
             self._matchers = None
         elif self._matchers is None or (
                 key.age <= interval
-                and abs(self.tilt.mounting - self._assumed) > TUNING.max_pitch_error):
+                and (abs(self.tilt.mounting - self._assumed) > TUNING.max_pitch_error
+                     or abs(self._azimuth - self._assumed_azimuth) > TUNING.max_azimuth_error)):
             self._make_patches()
         if not self._matchers or self._key_frame is None:
             self.start(frame)
@@ -303,13 +312,13 @@ class RoadMeter:
         return travel
 
     def _make_patches(self) -> None:
-        """Make the patches with the current tilt."""
-        self._assumed = self.tilt.mounting
-        horizon = replace(self._horizon, pitch=self._assumed)
+        """Make the patches with the current tilt, in the direction of travel."""
+        self._assumed, self._assumed_azimuth = self.tilt.mounting, self._azimuth
+        levelling = replace(self._horizon, pitch=self._assumed).levelling(self._azimuth)
         patches = [
-            GroundPatch(self._camera, horizon, stretch, rotate_180=self._rotate_180,
+            GroundPatch(self._camera, levelling, stretch, rotate_180=self._rotate_180,
                         mask=self._mask)
-            for stretch in stretches(self._camera, horizon)]
+            for stretch in stretches(self._camera, levelling)]
         self._matchers = tuple(
             PatchMatcher(patch) for patch in patches if patch.share > TUNING.min_seen)
         if self._key_frame is not None:

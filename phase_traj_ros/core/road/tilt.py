@@ -67,10 +67,6 @@ class RoadTilt:
             drift = min(interval / TUNING.load_time, 1.0)
             self._covariance[0, 0] += TUNING.load_pitch ** 2 * drift
 
-    def add_travel(self, slope: float, variance: float) -> None:
-        """Add the slope of the direction of travel below the optical axis, with its variance."""
-        self._add(-math.atan(slope), variance)
-
     def add_slides(
         self, ratio: float, apart: float, variance: float, *, assumed: float,
     ) -> None:
@@ -81,9 +77,10 @@ class RoadTilt:
         ``assumed``, in radians.
         """
         steep = 2.0 * apart
-        self._add(assumed + math.log(max(ratio, 1e-3)) / steep, variance / (steep * steep))
+        self.add(assumed + math.log(max(ratio, 1e-3)) / steep, variance / (steep * steep))
 
-    def _add(self, pitch: float, variance: float) -> None:
+    def add(self, pitch: float, variance: float) -> None:
+        """Add a measured pitch in radians, positive down, with its variance."""
         spread = self._covariance.sum(axis=1)
         total = float(spread.sum())
         innovation, limit = pitch - self.pitch, TUNING.outlier_deviations

@@ -83,7 +83,7 @@ class Mounting:
 
         A camera that is tilted up or down measures only this share of a turn as yaw.
         """
-        return math.cos(math.atan(self.slope))
+        return math.cos(math.atan2(self.slope, math.cos(self.angle)))
 
     def without_azimuth(self) -> 'Mounting':
         """Return a mounting of which nothing is known but the slope."""

@@ -28,6 +28,23 @@ def test_levelling_makes_down_point_down_and_keeps_ahead_ahead():
     assert ahead > 0.9
 
 
+def test_a_level_camera_may_point_aside():
+    horizon, azimuth = Horizon(PITCH, ROLL), math.radians(20.0)
+    level, aside = horizon.levelling(), horizon.levelling(azimuth)
+    np.testing.assert_allclose(aside @ horizon.down(), (0, 1, 0), atol=1e-12)
+    right_of_ahead = level.T @ (math.sin(azimuth), 0.0, math.cos(azimuth))
+    np.testing.assert_allclose(aside @ right_of_ahead, (0, 0, 1), atol=1e-12)
+
+
+@pytest.mark.parametrize('azimuth_deg', [0.0, 15.0, -25.0])
+def test_the_pitch_makes_the_direction_of_travel_level(azimuth_deg):
+    azimuth = math.radians(azimuth_deg)
+    # Travel along the road, in image axes; then its azimuth and slope on the cylinder.
+    x, y, z = Horizon(PITCH, ROLL).levelling(azimuth).T @ (0, 0, 1)
+    course, slope = math.atan2(x, z), y / math.hypot(x, z)
+    assert Horizon(roll=ROLL).pitch_along(course, slope) == pytest.approx(PITCH, abs=1e-9)
+
+
 def test_the_axes_of_turns_tell_pitch_and_roll():
     estimator = HorizonEstimator()
     for _ in range(5):

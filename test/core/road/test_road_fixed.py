@@ -13,7 +13,7 @@ from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.patch_matcher import PatchMatcher
 from phase_traj_ros.core.road.travel import TravelState
 import pytest
-from road_scene import drive, motion, NOISE, PINHOLE, Road
+from road_scene import drive, LEVEL, motion, NOISE, PINHOLE, Road
 
 
 @pytest.mark.parametrize('step', [0.2, 0.7])
@@ -71,7 +71,7 @@ def test_the_road_is_measured_through_copies_that_are_renewed_too_often_for_a_me
 @pytest.mark.parametrize('yaw', [0.0, 0.06])
 def test_what_changes_from_frame_to_frame_is_the_road(yaw):
     road, patch = Road(PINHOLE), GroundPatch(
-        PINHOLE, Horizon(), stretches(PINHOLE, Horizon())[0])
+        PINHOLE, LEVEL, stretches(PINHOLE, LEVEL)[0])
     matcher, slides = PatchMatcher(patch), np.arange(10) * 0.1
     pictures = list(with_copies(
         road.seen(0.5 * index, yaw=yaw * index) for index in range(3)))
@@ -107,7 +107,7 @@ def test_what_does_not_move_with_the_world_is_no_road():
 def test_a_picture_that_stays_while_the_camera_nods_is_fixed_to_it(pitch):
     """With the nod taken out, it slides; what slides to the other side is the road."""
     frame = Road(PINHOLE).seen(0.0)
-    matcher = PatchMatcher(GroundPatch(PINHOLE, Horizon(), stretches(PINHOLE, Horizon())[0]))
+    matcher = PatchMatcher(GroundPatch(PINHOLE, LEVEL, stretches(PINHOLE, LEVEL)[0]))
     matcher.project(frame)
     matcher.set_reference()
     matcher.project(frame)

@@ -12,7 +12,7 @@ from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.patch_correlator import PatchCorrelator
 from phase_traj_ros.core.road.travel import TravelState
 import pytest
-from road_scene import drive, FISHEYE, motion, PINHOLE, Road
+from road_scene import drive, FISHEYE, LEVEL, motion, PINHOLE, Road
 
 
 @pytest.mark.parametrize('camera', [PINHOLE, FISHEYE])
@@ -40,7 +40,7 @@ def test_a_pitch_that_is_given_wrong_is_believed_but_for_what_the_springs_may_do
     (0.06, 0.0, 0.0), (-0.06, 0.0, 0.0), (0.0, 0.008, 0.0), (0.0, 0.0, 0.03)])
 def test_rotation_is_taken_out(yaw, pitch, roll):
     road = Road(PINHOLE)
-    patch = GroundPatch(PINHOLE, Horizon(), stretches(PINHOLE, Horizon())[0])
+    patch = GroundPatch(PINHOLE, LEVEL, stretches(PINHOLE, LEVEL)[0])
     slide = PatchCorrelator(patch.window)
     slide.set_reference(patch(road.seen(0.0)))
     # Seen from a camera that has turned up by the pitch (nose down is positive).

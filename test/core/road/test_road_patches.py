@@ -13,18 +13,18 @@ from phase_traj_ros.core.road.travel import TravelState
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 import pytest
-from road_scene import drive, motion, PINHOLE, Road
+from road_scene import drive, LEVEL, motion, PINHOLE, Road
 
 
 def test_two_patches_cover_a_near_and_a_far_stretch():
-    (near_begin, near_end), (far_begin, far_end) = stretches(PINHOLE, Horizon())
+    (near_begin, near_end), (far_begin, far_end) = stretches(PINHOLE, LEVEL)
     assert 2.0 < near_begin < far_begin < near_end < far_end <= 10.0
 
 
 @pytest.mark.parametrize('focal', [250.0, 370.0, 600.0])
 def test_a_patch_ends_where_a_row_covers_too_much(focal):
     """Rows lie at f / z below the horizon, so one covers z**2 / f."""
-    _, far_end = stretches(CameraModel.pinhole((480, 640), focal), Horizon())[-1]
+    _, far_end = stretches(CameraModel.pinhole((480, 640), focal), LEVEL)[-1]
     assert far_end ** 2 / focal == pytest.approx(min(0.3, 10.0 ** 2 / focal), rel=0.02)
 
 
@@ -33,39 +33,39 @@ def test_a_few_rows_of_the_image_are_not_a_patch(focal, patches):
     """Between the distances a and b, there are f / a - f / b rows."""
     rows = focal / 1.5 - math.sqrt(0.3 * focal)
     assert (rows > 20.0) == bool(patches)
-    assert len(stretches(CameraModel.pinhole((120, 160), focal), Horizon())) == patches
+    assert len(stretches(CameraModel.pinhole((120, 160), focal), LEVEL)) == patches
 
 
 @pytest.mark.parametrize('focal', [250.0, 600.0])
 def test_a_patch_is_as_blurred_as_the_rows_in_its_middle_are_apart(focal):
     camera = CameraModel.pinhole((480, 640), focal)
-    for stretch in stretches(camera, Horizon()):
+    for stretch in stretches(camera, LEVEL):
         middle = sum(stretch) / 2
         # Interpolation between two rows is a triangle with the variance 1/6, in both pictures.
         blur = math.sqrt(2 / 6) * middle ** 2 / focal
-        assert GroundPatch(camera, Horizon(), stretch).blur_cells * CELL == pytest.approx(
+        assert GroundPatch(camera, LEVEL, stretch).blur_cells * CELL == pytest.approx(
             blur, rel=0.05)
 
 
 def test_a_camera_that_sees_only_one_side_of_its_axis_has_patches():
     camera = CameraModel(width=640, height=480, fx=300.0, fy=300.0, cx=639.0, cy=239.5)
-    found = [GroundPatch(camera, Horizon(), each) for each in stretches(camera, Horizon())]
+    found = [GroundPatch(camera, LEVEL, each) for each in stretches(camera, LEVEL)]
     assert len(found) == 2
     assert all(0.3 < patch.blur_cells < 3.0 and patch.share < 0.6 for patch in found)
 
 
 def test_the_share_of_a_patch_is_what_is_seen_of_it():
     mask = np.ones(PINHOLE.shape, np.float32)
-    stretch = stretches(PINHOLE, Horizon())[0]
-    whole = GroundPatch(PINHOLE, Horizon(), stretch, mask=mask).share
+    stretch = stretches(PINHOLE, LEVEL)[0]
+    whole = GroundPatch(PINHOLE, LEVEL, stretch, mask=mask).share
     mask[:, :320] = 0.0
     assert 0.8 < whole <= 1.0
-    assert GroundPatch(PINHOLE, Horizon(), stretch, mask=mask).share == pytest.approx(
+    assert GroundPatch(PINHOLE, LEVEL, stretch, mask=mask).share == pytest.approx(
         0.5 * whole, rel=0.1)
 
 
 def test_a_camera_that_sees_no_road_has_none():
-    assert stretches(CameraModel.pinhole((60, 640), 1500.0), Horizon()) == ()
+    assert stretches(CameraModel.pinhole((60, 640), 1500.0), LEVEL) == ()
     travels = drive(PINHOLE, 0.5, told=-0.5, pitch_known=True)
     assert {travel.state for travel in travels} == {TravelState.UNKNOWN}
 
@@ -88,7 +88,7 @@ def test_the_near_and_the_far_road_tell_the_pitch_as_surely_as_they_say():
 
 
 def test_an_error_of_the_pitch_counts_by_twice_the_distance_of_the_road():
-    near, far = stretches(PINHOLE, Horizon())
+    near, far = stretches(PINHOLE, LEVEL)
     road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon())
     meter.start(road.seen(0.0))
     travel = meter.update(road.seen(0.5), 0.1, motion())
@@ -116,7 +116,7 @@ def test_two_patches_that_disagree_are_not_averaged():
 def test_a_patch_is_the_same_in_any_light():
     """Half as bright, with half the contrast, or with a shadow over a part of it."""
     road = Road(PINHOLE).seen(0.0)
-    patch = GroundPatch(PINHOLE, Horizon(), stretches(PINHOLE, Horizon())[0])
+    patch = GroundPatch(PINHOLE, LEVEL, stretches(PINHOLE, LEVEL)[0])
     bright = patch(road)
     inner = patch.window > 0.3
     for light in (0.5, 2.0, np.linspace(0.6, 1.6, road.shape[1])):

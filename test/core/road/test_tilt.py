@@ -13,7 +13,7 @@ def driven(tilt, pitches, *, slope_error=0.004, slides=False, seed=1):
     rng = np.random.default_rng(seed)
     for pitch in pitches:
         tilt.predict(0.1)
-        tilt.add_travel(-math.tan(pitch + slope_error * rng.normal()), slope_error ** 2)
+        tilt.add(pitch + slope_error * rng.normal(), slope_error ** 2)
         if slides:
             # Patches made level; the far one is two heights farther ahead.
             ratio = math.exp(2.0 * 2.0 * (pitch + 0.008 * rng.normal()))
@@ -54,7 +54,7 @@ def test_a_pitch_that_was_given_stays():
 def test_one_wild_value_hardly_counts():
     tilt = driven(RoadTilt(Horizon()), [0.01] * 100)
     before = tilt.pitch
-    tilt.add_travel(-0.5, 0.004 ** 2)
+    tilt.add(0.5, 0.004 ** 2)
     assert tilt.pitch == pytest.approx(before, abs=0.006)
 
 
@@ -92,7 +92,7 @@ def test_the_pitch_scatters_as_it_says(interval):
             springs = kept * springs + rng.normal(
                 0.0, math.radians(0.4) * math.sqrt(1.0 - kept * kept))
             tilt.predict(interval)
-            tilt.add_travel(-math.tan(mounting + springs + 0.004 * rng.normal()), 0.004 ** 2)
+            tilt.add(mounting + springs + 0.004 * rng.normal(), 0.004 ** 2)
         errors.append((tilt.pitch - mounting - springs) ** 2 / tilt.deviation ** 2)
     assert np.mean(errors) == pytest.approx(1.0, abs=0.35)
 
@@ -102,7 +102,7 @@ def test_a_value_counts_the_less_the_farther_it_is_off():
     def moved(off):
         tilt = driven(RoadTilt(Horizon()), [0.0] * 100)
         before, spread = tilt.pitch, math.hypot(tilt.deviation, 0.004)
-        tilt.add_travel(-math.tan(before + off * spread), 0.004 ** 2)
+        tilt.add(before + off * spread, 0.004 ** 2)
         return (tilt.pitch - before) / spread
 
     assert moved(2.0) == pytest.approx(2.0 * moved(1.0), rel=0.01)
@@ -118,7 +118,7 @@ def test_a_single_value_makes_the_pitch_as_sure_as_it_says(by):
         tilt = RoadTilt(Horizon(pitch_deviation=math.radians(1.0)))
         value = pitch + 0.01 * rng.normal()
         if by == 'travel':
-            tilt.add_travel(-math.tan(value), 0.01 ** 2)
+            tilt.add(value, 0.01 ** 2)
         else:
             # The far patch is two heights farther ahead, and both were made with another pitch.
             tilt.add_slides(math.exp(4.0 * (value - 0.02)), 2.0, 0.04 ** 2, assumed=0.02)
