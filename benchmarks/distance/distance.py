@@ -85,7 +85,7 @@ _WHOLE_TEXT = """
     direction that the camera is mounted in (0.5 degrees), as a rendered camera has neither.
     """
 _OTHER_TEXT = """
-    The camera looks down by 1 degree, which is not told.
+    The camera looks down by 1 degree, which is not told, and *aside* by some more.
     """
 _BREAKS_TEXT = """
     The lorry hides the road from 8 m on; on the wet night a tenth of the light is
@@ -183,6 +183,8 @@ def other() -> Iterator[Row]:
     yield follow(drives.stop_and_go(), rendered=True)
     for camera in drives.CAMERAS:
         yield follow(drives.block(camera), rendered=True)
+    for aside_deg in (10.0, -20.0):
+        yield follow(drives.block(aside_deg=aside_deg), rendered=True)
 
 
 def breaks() -> Iterator[Row]:

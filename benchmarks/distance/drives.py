@@ -79,10 +79,17 @@ def stop_and_go() -> Ride:
         Turn(90, 4, 4), Straight(3, 0), Straight(3)], 9.0)
 
 
-def block(camera: str = '1241×376, 82°, 10 Hz') -> Ride:
-    """Return a drive around a block as seen by one of the cameras, which looks down slightly."""
+def block(camera: str = '1241×376, 82°, 10 Hz', *, aside_deg: float = 0.0) -> Ride:
+    """
+    Return a drive around a block as seen by one of the cameras, which looks down slightly.
+
+    The camera points ``aside_deg`` to the left.
+    """
     lens, rate_hz = CAMERAS[camera]
-    return replace(_planned('block', BLOCK, 9.0, lens, rate_hz), name=f'block, {camera}')
+    name = f'block, {camera}' + (f', {aside_deg:.0f}° aside' if aside_deg else '')
+    ride = _planned(name, BLOCK, 9.0, lens, rate_hz, aside=np.radians(aside_deg))
+    # The true path is that of the vehicle.
+    return replace(ride, yaw=ride.yaw - np.radians(aside_deg))
 
 
 class FoundPath:
@@ -160,9 +167,10 @@ SPOILT: dict[str, Callable[[Frame], Frame]] = {
 
 def _planned(
     name: str, plan: list[Straight | Turn], speed: float, camera: Camera = KITTI_CAMERA,
-    rate_hz: float = 10.0,
+    rate_hz: float = 10.0, aside: float = 0.0,
 ) -> Ride:
     drive = plan_drive(name, plan, rate_hz=rate_hz, speed=speed, camera=camera, seed=17)
     poses = drive.poses.copy()
+    poses[:, 2] += aside
     poses[:, 3] += MOUNTED
     return streamed(replace(drive, poses=poses))
