@@ -29,8 +29,8 @@ def stretches(
     Return the near and the far stretch of the road that a camera resolves.
 
     ``levelling`` (3, 3) rotates the image axes to those of a level camera that points in the
-    direction of travel. Each stretch is from a start to an end ahead, in camera heights. The result is empty if too little of
-    the road is visible.
+    direction of travel. Each stretch is from a start to an end ahead, in camera heights. The
+    result is empty if too little of the road is visible.
     """
     ahead = np.arange(TUNING.patch_begin, TUNING.patch_end, CELL)
     rows, seen = _rows_per_cell(camera, levelling, ahead)
@@ -54,7 +54,8 @@ class GroundPatch:
 
     def __init__(
         self, camera: CameraModel, levelling: NDArray[np.float64],
-        stretch: tuple[float, float], *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
+        stretch: tuple[float, float], *, rotate_180: bool = False,
+        mask: NDArray[np.float32] | None = None,
     ) -> None:
         """
         Compute the mapping from a frame to the patch.

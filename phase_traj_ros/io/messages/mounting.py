@@ -21,8 +21,8 @@ _FARTHEST_M = 100.0
 # Metres and degrees by which the same mount may differ.
 _ROUNDING = 1e-5
 _LEVER = 'the lever arm of odom'
-# On rendered drives of 190 m, the heading drifts by 1 degree with 10 degrees, by 2 to 3 with 15, and
-# by 3 to 6 with 20. The distance does not depend on it.
+# On rendered drives of 190 m, the heading drifts by 1 degree with 10 degrees, by 2 to 3 with 15,
+# and by 3 to 6 with 20. The distance does not depend on it.
 _MOST_ASIDE_DEG = 15.0
 
 
