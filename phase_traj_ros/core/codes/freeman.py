@@ -41,15 +41,9 @@ def freeman(direction: AnyDirection) -> Freeman:
 _TO_FOUR = {freeman(direction): direction for direction in Direction}
 
 
-def to_four(code: Freeman, before: Direction = Direction.FORWARD) -> Direction:
-    """
-    Return the paper's direction for a Freeman code.
-
-    0, 2, 4 and 6 have an equal direction. A diagonal lies between two directions and becomes the
-    one nearer to ``before``, the direction so far: a turn by 45 degrees does not change it yet.
-    If both are equally near, which are those opposite to ``before``, it becomes the right one.
-    """
+def to_four(code: Freeman) -> Direction:
+    """Return the paper's direction for a Freeman code; for a diagonal, that nearer to forward."""
     if code in _TO_FOUR:
         return _TO_FOUR[code]
     neighbours = [Freeman((code + step) % 8) for step in (-1, 1)]
-    return _TO_FOUR[min(neighbours, key=lambda each: abs((each - freeman(before) + 4) % 8 - 4))]
+    return _TO_FOUR[min(neighbours, key=lambda each: abs(each - Freeman.FORWARD))]

@@ -155,13 +155,11 @@ def test_eight_directions():
 def test_maps_between_four_and_eight():
     assert [int(freeman(code)) for code in Direction] == [4, 2, 0, 6]
     for code in Direction:
-        for before in Direction:
-            assert to_four(freeman(code), before) is code
+        assert to_four(freeman(code)) is code
     # A diagonal does not change the direction yet.
-    assert to_four(Freeman.FORWARD_LEFT) is Direction.FORWARD
-    assert to_four(Freeman.FORWARD_LEFT, Direction.LEFT) is Direction.LEFT
-    assert to_four(Freeman.FORWARD_LEFT, Direction.RIGHT) is Direction.FORWARD
-    assert to_four(Freeman.FORWARD_LEFT, Direction.BACKWARD) is Direction.LEFT
+    assert to_four(Freeman.FORWARD_LEFT) is to_four(Freeman.FORWARD_RIGHT) is Direction.FORWARD
+    assert to_four(Freeman.BACKWARD_LEFT) is Direction.LEFT
+    assert to_four(Freeman.BACKWARD_RIGHT) is Direction.RIGHT
 
 
 def test_series_stay_bounded():
