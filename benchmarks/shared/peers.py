@@ -21,6 +21,7 @@ from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.spectrum import padded_shape
 from phase_traj_ros.core.correlation.transforms import find_transform, OpenCvTransform
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
+from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.synthetic import Camera
 
@@ -55,7 +56,7 @@ class Heading:
 
     def __init__(self, camera: Camera) -> None:
         self._focal = camera.focal
-        self._estimator = VisualCompass(Lens(focal_px=camera.focal))
+        self._estimator = VisualCompass(YawCamera(Lens(focal_px=camera.focal)))
         self._frames = 0
 
     def update(self, frame: np.ndarray) -> float | None:

@@ -18,6 +18,7 @@ from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.core.frames.repeats import RepeatDetector
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
+from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.integration import Integration
 from phase_traj_ros.core.judge import judge
 from phase_traj_ros.core.measuring import PairMeter, PairTimes
@@ -334,7 +335,7 @@ class TrajectoryEstimator:
 
     def _make_heading(self, lens: Lens, *, learning: SelfCalibration | None = None) -> None:
         """Measure the heading with a lens from now on."""
-        heading = VisualCompass(
+        camera = YawCamera(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
             learning=learning, keyframes=self._settings.keyframes)
-        self._integration.heading, self._meter.camera = heading, heading.camera
+        self._integration.heading, self._meter.camera = VisualCompass(camera), camera

@@ -5,9 +5,6 @@
 from dataclasses import dataclass
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
@@ -35,13 +32,9 @@ class HeadingUpdate:
 class VisualCompass:
     """Measures the yaw of each pair, integrates it to the heading, and detects turns."""
 
-    def __init__(
-        self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
-        learning: SelfCalibration | None = None, keyframes: bool = True,
-    ) -> None:
-        """Make a compass; the parameters are those of ``YawCamera``."""
-        self.camera = YawCamera(
-            lens, rotate_180=rotate_180, mask=mask, learning=learning, keyframes=keyframes)
+    def __init__(self, camera: YawCamera) -> None:
+        """Make a compass at heading 0, for the yaws that ``camera`` measures."""
+        self.camera = camera
         """Camera, which measures the yaw."""
         self._response = 0.0
         self.restart()

@@ -8,6 +8,7 @@ import numpy as np
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.frames.pixel_weights import PixelWeights
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
+from phase_traj_ros.core.heading.yaw_camera import YawCamera
 import pytest
 
 MASK = np.ones((8, 10), np.float32)
@@ -42,8 +43,8 @@ def test_the_camera_is_learned_from_what_counts_and_upright(upside_down):
     told = []
     learning = SimpleNamespace(
         use_mask=told.append, cut=lambda: told.append('cut'), forget=lambda: None)
-    heading = VisualCompass(
-        Lens(hfov_deg=80.0), mask=MASK, learning=learning, rotate_180=upside_down)
+    heading = VisualCompass(YawCamera(
+        Lens(hfov_deg=80.0), mask=MASK, learning=learning, rotate_180=upside_down))
     heading.camera.exclude(AREAS)
     heading.camera.set_upside_down(not upside_down)
     heading.cut()

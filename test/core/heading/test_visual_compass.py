@@ -11,6 +11,7 @@ from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
+from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.errors import FrameError
 import pytest
@@ -31,7 +32,7 @@ def test_heading_of_a_distorted_camera(name, upside_down):
         frames = [np.ascontiguousarray(frame[::-1, ::-1]) for frame in frames]
     errors = []
     for lens in (Lens(camera=camera), Lens(focal_px=camera.fx)):
-        estimator = VisualCompass(lens, rotate_180=upside_down)
+        estimator = VisualCompass(YawCamera(lens, rotate_180=upside_down))
         errors.append(np.abs(follow(estimator, frames) - HEADINGS).max())
     known, ignored = errors
     assert known < 0.1
@@ -40,7 +41,7 @@ def test_heading_of_a_distorted_camera(name, upside_down):
 
 def test_shift_of_the_picture_is_that_of_its_middle():
     camera, frames = turning('barrel')
-    estimator = VisualCompass(Lens(camera=replace(camera)))
+    estimator = VisualCompass(YawCamera(Lens(camera=replace(camera))))
     assert estimator.camera.focal_px == 0.0
     assert estimator.camera.measure(frames[3], 0.1) is None
     assert estimator.camera.focal_px == camera.fx
@@ -50,7 +51,7 @@ def test_shift_of_the_picture_is_that_of_its_middle():
 
 def test_a_foreseen_shift_is_that_of_a_yaw_that_goes_on():
     camera = CameraModel(width=320, height=240, fx=300.0, fy=200.0, cx=160.0, cy=120.0)
-    compass = VisualCompass(Lens(camera=camera))
+    compass = VisualCompass(YawCamera(Lens(camera=camera)))
     compass.camera.measure(np.zeros(camera.shape, np.uint8), 0.1)
     compass.start(0)
     compass.add(YawMeasurement(Shift(0.0, 0.0, 0.3), 0.02, True, 1.0), TENTH, 0.1)
@@ -65,8 +66,8 @@ def test_a_foreseen_shift_is_that_of_a_yaw_that_goes_on():
 def test_a_direction_contradicts_the_heading_beyond_what_the_lens_explains(
         deviation, contradicts):
     """Two bends of 50 degrees, each too small for a turn, make more than a right angle."""
-    compass = VisualCompass(Lens(estimate=CameraEstimate(
-        width=160, height=90, focal_px=100.0, focal_deviation=deviation, turns=2)))
+    compass = VisualCompass(YawCamera(Lens(estimate=CameraEstimate(
+        width=160, height=90, focal_px=100.0, focal_deviation=deviation, turns=2))))
     compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
     told = []
@@ -78,7 +79,7 @@ def test_a_direction_contradicts_the_heading_beyond_what_the_lens_explains(
 
 
 def test_a_turn_that_a_cut_ends_is_told_once():
-    compass = VisualCompass(Lens(hfov_deg=75.0))
+    compass = VisualCompass(YawCamera(Lens(hfov_deg=75.0)))
     compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
     turning = YawMeasurement(Shift(0.0, 0.0, 1.0), math.radians(4.0), True, 1.0)
@@ -92,7 +93,7 @@ def test_a_turn_that_a_cut_ends_is_told_once():
 
 def test_a_frame_that_is_forgotten_is_compared_with_none():
     camera, frames = turning('barrel')
-    compass = VisualCompass(Lens(camera=camera))
+    compass = VisualCompass(YawCamera(Lens(camera=camera)))
     compass.camera.forget_frame()
     compass.camera.measure(frames[0], 0.1)
     compass.camera.forget_frame()
@@ -106,7 +107,7 @@ def test_what_is_fixed_stays_left_out_with_another_lens():
     fixed[:, :240] = 0
     agreeing = []
     for weights in (fixed, None):
-        compass = VisualCompass(Lens(focal_px=camera.fx))
+        compass = VisualCompass(YawCamera(Lens(focal_px=camera.fx)))
         compass.camera.measure(frames[0], 0.1)
         compass.camera.exclude(weights)
         compass.use_lens(Lens(camera=camera))
@@ -116,7 +117,7 @@ def test_what_is_fixed_stays_left_out_with_another_lens():
 
 
 def test_before_the_first_frame_there_is_no_map_and_no_camera():
-    compass = VisualCompass(Lens(hfov_deg=80.0))
+    compass = VisualCompass(YawCamera(Lens(hfov_deg=80.0)))
     assert compass.camera.correlation_map().shape == (0, 0)
     assert compass.camera.in_use is None
     assert not compass.camera.foresees(np.zeros((9, 9), np.uint8), 0.1, 0.1)
@@ -153,7 +154,7 @@ def test_refuses_what_cannot_be(values, message):
 
 def test_frames_of_another_size_than_the_calibration():
     camera, frames = turning('barrel')
-    estimator = VisualCompass(Lens(camera=camera))
+    estimator = VisualCompass(YawCamera(Lens(camera=camera)))
     half = np.ascontiguousarray(frames[0][::2, ::2])
     message = (r'frames of 240x180 pixels, but the calibration of the camera is for 480x360: '
                'publish the camera_info that belongs to the images, or give focal_px')
@@ -168,9 +169,9 @@ def test_frames_of_another_size_than_the_calibration():
 
 def test_a_frame_of_another_size_that_is_refused_is_as_if_it_had_never_come():
     _, frames = turning('barrel')
-    estimator = VisualCompass(Lens(hfov_deg=60.0))
+    estimator = VisualCompass(YawCamera(Lens(hfov_deg=60.0)))
     estimator.camera.measure(frames[0], 0.1)
-    expected = VisualCompass(Lens(hfov_deg=60.0))
+    expected = VisualCompass(YawCamera(Lens(hfov_deg=60.0)))
     expected.camera.measure(frames[0], 0.1)
     with pytest.raises(FrameError, match='show too little'):
         estimator.camera.measure(np.zeros((7, 300), np.uint8), 0.1)
@@ -180,7 +181,7 @@ def test_a_frame_of_another_size_that_is_refused_is_as_if_it_had_never_come():
 
 def test_a_restart_forgets_the_heading_and_its_turns_but_not_the_frame():
     camera, frames = turning('barrel')
-    estimator = VisualCompass(Lens(camera=camera))
+    estimator = VisualCompass(YawCamera(Lens(camera=camera)))
     follow(estimator, frames[:6])
     estimator.cut()
     estimator.restart()
@@ -193,7 +194,7 @@ def test_a_restart_forgets_the_heading_and_its_turns_but_not_the_frame():
 
 
 def test_a_restart_forgets_a_turn_under_way():
-    compass = VisualCompass(Lens(hfov_deg=80.0))
+    compass = VisualCompass(YawCamera(Lens(hfov_deg=80.0)))
     compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
     turning_left = YawMeasurement(Shift(0.0, 0.0, 0.3), math.radians(3.0), True, 1.0)
@@ -205,7 +206,7 @@ def test_a_restart_forgets_a_turn_under_way():
 
 def test_a_cut_ends_the_rate_and_keeps_the_heading():
     camera, frames = turning('barrel')
-    estimator = VisualCompass(Lens(camera=camera))
+    estimator = VisualCompass(YawCamera(Lens(camera=camera)))
     heading = follow(estimator, frames[:6])[-1]
     assert estimator.tracker.rate > 0.1
     estimator.cut()
@@ -215,8 +216,8 @@ def test_a_cut_ends_the_rate_and_keeps_the_heading():
 
 @pytest.mark.parametrize(('angle_deg', 'may_be'), [(30.0, False), (50.0, True)])
 def test_a_bend_of_an_unknown_camera_may_be_a_turn(angle_deg, may_be):
-    unknown = VisualCompass(Lens(hfov_deg=75.0, assumed=True))
-    known = VisualCompass(Lens(hfov_deg=75.0))
+    unknown = VisualCompass(YawCamera(Lens(hfov_deg=75.0, assumed=True)))
+    known = VisualCompass(YawCamera(Lens(hfov_deg=75.0)))
     for compass in (unknown, known):
         assert not compass.bends_may_be_turns
         compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
@@ -233,7 +234,7 @@ def test_a_bend_of_an_unknown_camera_may_be_a_turn(angle_deg, may_be):
 
 def test_another_lens_while_running():
     camera, frames = turning('barrel')
-    estimator = VisualCompass(Lens(focal_px=camera.fx))
+    estimator = VisualCompass(YawCamera(Lens(focal_px=camera.fx)))
     wrong = follow(estimator, frames[:5])[-1]
     estimator.use_lens(Lens(camera=camera))
     assert estimator.camera.lens == Lens(camera=camera)

@@ -11,6 +11,7 @@ from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
+from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
@@ -23,8 +24,8 @@ def test_a_camera_is_learned_from_upright_frames(upside_down):
     frame = np.random.default_rng(0).integers(0, 255, (90, 160)).astype(np.uint8)
     seen, learning = [], SelfCalibration()
     learning.update = lambda frame, shift_px, interval: bool(seen.append(frame))
-    compass = VisualCompass(
-        Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, learning=learning)
+    compass = VisualCompass(YawCamera(
+        Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, learning=learning))
     compass.camera.measure(frame[::-1, ::-1].copy() if upside_down else frame, 0.1)
     assert np.array_equal(seen, [frame])
 
@@ -32,7 +33,7 @@ def test_a_camera_is_learned_from_upright_frames(upside_down):
 def test_every_stamp_is_told_to_what_is_learned():
     told, learning = [], SelfCalibration()
     learning.add_stamp = told.append
-    compass = VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learning)
+    compass = VisualCompass(YawCamera(Lens(hfov_deg=75.0, assumed=True), learning=learning))
     compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(5)
     compass.add(None, 5 + TENTH, 0.1)
@@ -42,7 +43,7 @@ def test_every_stamp_is_told_to_what_is_learned():
 def test_the_end_of_a_drive_is_told_to_what_is_learned():
     told, learning = [], SelfCalibration()
     learning.finish = lambda: told.append(True)
-    VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learning).finish()
+    VisualCompass(YawCamera(Lens(hfov_deg=75.0, assumed=True), learning=learning)).finish()
     assert told
 
 
@@ -69,19 +70,19 @@ FOUND = CameraEstimate(
 def test_a_lens_that_leaves_nothing_to_measure_is_not_taken():
     _, frames = turning('barrel')
     usual = Lens(hfov_deg=75.0, assumed=True)
-    estimator = VisualCompass(usual, learning=_Told(replace(FOUND, focal_px=2.0)))
+    estimator = VisualCompass(YawCamera(usual, learning=_Told(replace(FOUND, focal_px=2.0))))
     headings = follow(estimator, frames)
     assert estimator.camera.lens == usual
-    assert np.all(headings == follow(VisualCompass(usual), frames))
+    assert np.all(headings == follow(VisualCompass(YawCamera(usual)), frames))
 
 
 def test_a_camera_is_learned_once_a_turn_has_told():
     learning = _Told(FOUND)
-    estimator = VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learning)
+    estimator = VisualCompass(YawCamera(Lens(hfov_deg=75.0, assumed=True), learning=learning))
     assert estimator.camera.learned == FOUND
     learning.turns = 0
     assert estimator.camera.learned is None
-    assert VisualCompass(Lens(hfov_deg=75.0)).camera.learned is None
+    assert VisualCompass(YawCamera(Lens(hfov_deg=75.0))).camera.learned is None
 
 
 @pytest.mark.parametrize('upside_down', [False, True])
@@ -90,8 +91,8 @@ def test_a_camera_is_learned_from_what_is_neither_masked_nor_fixed(upside_down):
     mask[0, 0], fixed[1, 0] = 0.0, 0
     learning, masks = SelfCalibration(), []
     learning.use_mask = masks.append
-    compass = VisualCompass(
-        Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, mask=mask, learning=learning)
+    compass = VisualCompass(YawCamera(
+        Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, mask=mask, learning=learning))
     compass.camera.exclude(fixed)
     # Points are tracked in the upright frame.
     upright = slice(None, None, -1) if upside_down else slice(None)
@@ -102,7 +103,7 @@ def test_a_camera_is_learned_from_what_is_neither_masked_nor_fixed(upside_down):
 
 def test_a_lens_that_replaces_a_guess_corrects_what_was_measured_with_it():
     guess = Lens(hfov_deg=75.0, assumed=True)
-    compass = VisualCompass(guess, learning=SelfCalibration())
+    compass = VisualCompass(YawCamera(guess, learning=SelfCalibration()))
     compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
     for pair in range(1, 41):
@@ -121,7 +122,7 @@ def test_a_learned_camera_is_taken_even_if_it_is_what_was_guessed():
     guess = Lens(hfov_deg=75.0, assumed=True)
     same = replace(FOUND, focal_px=guess.focal_for(480), column_px=0.0)
     for learned, settled in ((same, True), (replace(same, focal_deviation=0.2), False)):
-        estimator = VisualCompass(guess, learning=_Told(learned))
+        estimator = VisualCompass(YawCamera(guess, learning=_Told(learned)))
         assert np.isfinite(follow(estimator, frames)).all()
         assert estimator.camera.lens == Lens(estimate=learned)
         assert estimator.camera.in_use.settled is settled
@@ -140,7 +141,7 @@ class _Column(SelfCalibration):
 
 def test_a_column_that_is_learned_keeps_the_pitch():
     frame = np.random.default_rng(1).integers(0, 255, (180, 480)).astype(np.uint8)
-    camera = VisualCompass(Lens(focal_px=300.0), learning=_Column()).camera
+    camera = VisualCompass(YawCamera(Lens(focal_px=300.0), learning=_Column())).camera
     camera.measure(frame, 0.1)
     assert camera.tilt == 1.0
     down = FocusOfExpansion(0.0, -0.3, 1e-5, 1e-5)
@@ -170,7 +171,7 @@ def test_what_is_learned_from_is_the_turn_and_not_what_passes_by():
         'a bend', [Straight(0.2), Turn(-60, 8)], rate_hz=15.0, speed=12.0, camera=camera, seed=5)
     learner = Learner()
     # Taken for a usual camera, as in the beginning.
-    estimator = VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learner)
+    estimator = VisualCompass(YawCamera(Lens(hfov_deg=75.0, assumed=True), learning=learner))
     for frame in render_drive(drive):
         estimator.camera.measure(np.asarray(frame), 1 / 15)
     assert sum(learner.shifts) == pytest.approx(camera.focal * math.radians(-60), rel=0.15)
