@@ -6,7 +6,7 @@ from phase_traj_ros.core.codes.chain import Step
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode
 from phase_traj_ros.core.codes.from_turns import TurnCode
-from phase_traj_ros.core.codes.threshold_hint import ShiftSummary, ThresholdHint
+from phase_traj_ros.core.codes.threshold_hint import ShiftSummary
 from phase_traj_ros.core.heading.visual_compass import HeadingUpdate
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 from phase_traj_ros.core.status import PairStatus
@@ -26,7 +26,8 @@ class Coder:
                 connectivity=settings.connectivity, max_runs=settings.max_runs)
         else:
             self.codes = DynamicChainCode(max_runs=settings.max_runs)
-        self._shifts = ShiftSummary()
+        self.shifts = ShiftSummary()
+        """Summary of the shifts, which tells whether the threshold fits."""
         self.reconfigure(settings)
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
@@ -36,10 +37,6 @@ class Coder:
             self.codes.configure(
                 settings.threshold, confirm_frames=settings.confirm_frames,
                 release_frames=settings.release_frames)
-
-    def hint(self, width: int) -> ThresholdHint | None:
-        """Return what to do about a threshold that does not fit frames ``width`` pixels wide."""
-        return self._shifts.hint(width)
 
     def code(
         self, status: PairStatus, dx: float | None, heading: HeadingUpdate | None, interval: float,
@@ -54,13 +51,13 @@ class Coder:
         codes = self.codes
         if status is not PairStatus.OK:
             if status is not PairStatus.REPEATED:
-                self._shifts.miss()
+                self.shifts.miss()
             if isinstance(codes, TurnCode) and heading is not None:
                 codes.expect(heading.quarters)
             return codes.skip(end_turn=status.ends_turn)
         if isinstance(codes, DynamicChainCode):
             assert dx is not None
-            self._shifts.add(dx, codes.threshold, interval=interval)
+            self.shifts.add(dx, codes.threshold, interval=interval)
             if self._nominal_period > 0:
                 # After a dropped frame, the shift is that of two periods.
                 dx *= self._nominal_period / interval

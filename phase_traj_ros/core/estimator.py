@@ -139,7 +139,7 @@ class TrajectoryEstimator:
     @property
     def threshold_hint(self) -> ThresholdHint | None:
         """Return the hint for an unsuitable threshold; None if the threshold may fit."""
-        return self._integration.coder.hint(self._width)
+        return self._integration.coder.shifts.hint(self._width)
 
     def correlation_map(self) -> NDArray[np.float32]:
         """
