@@ -21,20 +21,19 @@ class _Layout:
     """
     Positions of the samples of an encoding, and their conversion to grey.
 
-    sample is their type in numpy. Colours and mosaics have the code of cv2.cvtColor, pixels of YUV
-    the index of their luma sample. If the layout is planar, the luma comes first, and the colours
-    follow in half as many rows.
+    sample is their type in numpy. Colours, mosaics and pixels of YUV have the code of
+    cv2.cvtColor. If the layout is planar, the luma comes first, and the colours follow in half as
+    many rows.
     """
 
     channels: int
     sample: str
     code: int | None = None
-    luma: int | None = None
     planar: bool = False
 
 
-_UYVY = _Layout(2, 'u1', luma=1)
-_YUY2 = _Layout(2, 'u1', luma=0)
+_UYVY = _Layout(2, 'u1', cv2.COLOR_YUV2GRAY_UYVY)
+_YUY2 = _Layout(2, 'u1', cv2.COLOR_YUV2GRAY_YUY2)
 _NV = _Layout(1, 'u1', planar=True)
 
 # ROS names a mosaic by its first two rows from the corner on; OpenCV's original names start at the
@@ -89,8 +88,6 @@ def to_grey(msg: Any) -> GreyImage:
     pixels = _samples(msg, layout)
     if layout.code is not None:
         return cast('GreyImage', cv2.cvtColor(pixels, layout.code))
-    if layout.luma is not None:
-        return cast('GreyImage', cv2.extractChannel(pixels, layout.luma))
     return pixels
 
 
@@ -142,7 +139,7 @@ def _samples(msg: Any, layout: _Layout) -> GreyImage:
     what = f'the {width}x{height} image of encoding {msg.encoding}'
     if height <= 0 or width <= 0:
         raise FrameError(f'{what} has no pixels')
-    if layout.luma is not None and width % 2:
+    if layout.channels == 2 and width % 2:
         raise FrameError(f'{what} has an odd width, but two pixels share their colour')
     if msg.encoding.startswith('bayer_') and min(width, height) < _MIN_MOSAIC_SIDE:
         raise FrameError(
