@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The results of all pairs of a drive, in a tenth of the memory that they take as objects."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 import operator
 import pickle
@@ -50,11 +50,6 @@ class KeptUpdates(Sequence[Update]):
             return [self[each] for each in range(len(self))[index]]
         block, place = divmod(range(len(self))[operator.index(index)], _BLOCK)
         return (self._open(block) if block < len(self._blocks) else self._rest)[place]
-
-    def __iter__(self) -> Iterator[Update]:
-        for block in range(len(self._blocks)):
-            yield from self._open(block)
-        yield from self._rest
 
     def _unpack(self, block: int) -> list[Update]:
         found: list[Update] = pickle.loads(zlib.decompress(self._blocks[block]))
