@@ -180,8 +180,6 @@ def _draw_shift(picture: Picture, update: Update, threshold: float | None) -> No
 def _draw_map(picture: Picture, estimator: TrajectoryEstimator) -> None:
     height, width, _ = picture.shape
     size = (round(width * _INSET_SHARE), round(height * _INSET_SHARE))
-    if min(size) < 16:
-        return
     # The peak is one pixel, which would be lost in the reduction.
     correlation = cv2.dilate(estimator.correlation_map(), np.ones((3, 3), np.uint8))
     small = np.sqrt(np.maximum(
