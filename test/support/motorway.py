@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight
-from phase_traj_ros.synthetic.scene.ground import Ground
+from phase_traj_ros.synthetic.scene.ground import Ground, pyramid
 from phase_traj_ros.synthetic.scene.scene import Panels
 import textures
 
@@ -52,4 +52,5 @@ def _ground(ahead, grain, grain_density):
     shape = 512, 512
     tile = textures.shifted(textures.spectrum(shape, 3), shape, 0, 0)
     tile = np.clip(128 * (1.0 + grain * tile / tile.std()), 0, 255).astype(np.uint8)
-    return Ground.of(paint, (-_BEHIND, -_LEFT), _DENSITY, tile, grain_density)
+    return Ground(
+        pyramid(paint), (-_BEHIND, -_LEFT), _DENSITY, pyramid(tile), grain_density)

@@ -17,7 +17,8 @@ _LEVELS = 7
 _HORIZON = 400.0
 
 
-def _pyramid(picture: Bytes) -> tuple[Bytes, ...]:
+def pyramid(picture: Bytes) -> tuple[Bytes, ...]:
+    """Return a texture and smaller copies of it, which are for larger distances."""
     levels = [picture]
     for _ in range(_LEVELS - 1):
         (height, width) = levels[-1].shape
@@ -42,14 +43,6 @@ class Ground:
     paint_density: float
     grain: tuple[Bytes, ...]
     grain_density: float
-
-    @classmethod
-    def of(
-        cls, paint: Bytes, origin: tuple[float, float], paint_density: float, grain: Bytes,
-        grain_density: float,
-    ) -> Ground:
-        """Build the pyramids, whose smaller levels are for larger distances."""
-        return cls(_pyramid(paint), origin, paint_density, _pyramid(grain), grain_density)
 
     def draw(self, picture: Bytes, camera: Camera, pose: Pose) -> None:
         """Draw all rows of ``picture`` below the horizon, as seen by a level camera."""

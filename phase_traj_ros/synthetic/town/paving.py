@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from phase_traj_ros.synthetic.arrays import as_bytes, Bytes, Floats
-from phase_traj_ros.synthetic.scene.ground import Ground
+from phase_traj_ros.synthetic.scene.ground import Ground, pyramid
 from phase_traj_ros.synthetic.textures.noise import spectral_noise
 from phase_traj_ros.synthetic.town.buildings import ROADWAY
 from phase_traj_ros.synthetic.town.streets import HALF_WIDTH, Street
@@ -109,5 +109,5 @@ def pave(
         rows[:] = cv2.multiply(rows, patch, scale=1 / 128)
     picture = as_bytes(cv2.multiply(picture, _shade(area, shadows), scale=1 / 128))
     (x, y) = area.origin.tolist()
-    return Ground.of(
-        picture, (x, y), area.density, _tile(rng, slope=0.2, contrast=0.2), _GRAIN_DENSITY)
+    grain = _tile(rng, slope=0.2, contrast=0.2)
+    return Ground(pyramid(picture), (x, y), area.density, pyramid(grain), _GRAIN_DENSITY)
