@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 import numpy as np
 from phase_traj_ros.synthetic.arrays import Floats
@@ -177,12 +176,7 @@ _CORNERS = np.array([(1, 1), (0, 1), (-1, 1), (-1, -1), (0, -1), (1, -1)], np.fl
 
 def _samples(start: Floats, end: Floats) -> Floats:
     count = int(np.ceil(np.hypot(*(end - start)) / _CHECK)) + 1
-    return start + _shares(count) * (end - start)
-
-
-@lru_cache(maxsize=256)
-def _shares(count: int) -> Floats:
-    return np.linspace(0.0, 1.0, count)[:, None]
+    return start + np.linspace(0.0, 1.0, count)[:, None] * (end - start)
 
 
 def _row_of_houses(town: Town, street: Street, side: float) -> None:

@@ -107,8 +107,7 @@ def _nearest_first(strips: Strips) -> Ints:
     millimetres = (strips.depth[index] * 1000).astype(np.int64)
     # One number each: they are sorted faster than pairs.
     depth_in_column = strips.column[index] * (millimetres.max(initial=0) + 1) + millimetres
-    order: Ints = index[np.argsort(depth_in_column, kind='stable')]
-    return order
+    return index[np.argsort(depth_in_column, kind='stable')]
 
 
 def _unhidden(strips: Strips, order: Ints, camera: Camera) -> tuple[Ints, Ints]:
