@@ -12,7 +12,6 @@ from typing import Any, Final
 from xml.sax.saxutils import escape
 
 from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimate
-from phase_traj_ros.errors import ResultError
 from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION
 from phase_traj_ros.io.results.chain_code import write_json
@@ -53,8 +52,6 @@ def write_location(
 
     Raises
     ------
-    ResultError
-        ``codes`` cannot be read, or is not a JSON object.
     OSError
         The folder cannot be written.
 
@@ -64,10 +61,7 @@ def write_location(
     _write_gpx(located, directory / 'track.gpx')
     write_location_report(located, directory / REPORT, title=title)
     if codes is not None:
-        try:
-            content = {**json.loads(codes.read_text(encoding='utf-8'))}
-        except (OSError, TypeError, ValueError) as error:
-            raise ResultError(f'{codes} cannot be read ({error}): replay again') from None
+        content = json.loads(codes.read_text(encoding='utf-8'))
         write_json({**content, 'location': _content(located)}, directory / CODES)
 
 

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 from made_town import drive, PLANE, write_town, write_tum
 import numpy as np
 from phase_traj_ros.core.localization.given import Prior
-from phase_traj_ros.errors import MapError, ResultError
+from phase_traj_ros.errors import MapError
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.tasks.location import run
 from phase_traj_ros.tasks.location.drawing import track_before
@@ -122,9 +122,6 @@ def test_the_key_of_chain_code_json(made, tmp_path):
     assert told['first_claim']['stamp_ns'] in odometry.stamps_ns
     assert told['last']['latitude'] == pytest.approx(49.0, abs=0.01)
     assert 0.0 < told['claimed_share'] < 1.0
-    (tmp_path / 'chain_code.json').write_text('[]')
-    with pytest.raises(ResultError, match='cannot be read'):
-        write_location(located, tmp_path, title='drive', codes=tmp_path / 'chain_code.json')
     with pytest.raises(FileNotFoundError, match='gone'):
         write_location(located, tmp_path / 'gone', title='drive')
 
