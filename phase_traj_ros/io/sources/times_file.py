@@ -24,9 +24,9 @@ def both_ways(path: Path) -> Iterator[Path]:
     yield path.resolve()
 
 
-def find_times(folder: Path) -> Path | None:
-    """Return the times.txt in the folder or beside it; None if there is none."""
-    for place in (folder, *(each.parent for each in both_ways(folder))):
+def find_times(source: Path) -> Path | None:
+    """Return the times.txt in a folder or beside it or a file; None if there is none."""
+    for place in (source, *(each.parent for each in both_ways(source))):
         times = place / TIMES_FILE
         if times.is_file():
             return times

@@ -14,12 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.errors import reading, ResultError, SourceError
-from phase_traj_ros.io.sources.times_file import (
-    both_ways,
-    nanoseconds,
-    read_times,
-    TIMES_FILE,
-)
+from phase_traj_ros.io.sources.times_file import find_times, nanoseconds, read_times
 
 _KITTI_COLUMNS, _TUM_COLUMNS = 12, 8
 # Tolerance of the 3 x 3 part of a KITTI pose as a rotation, and of a quaternion's length.
@@ -183,16 +178,15 @@ def _rising(path: Path, stamps: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _times_beside(path: Path, count: int) -> NDArray[np.int64] | None:
-    for place in both_ways(path):
-        times = place.parent / TIMES_FILE
-        if times.is_file():
-            stamps = np.array(read_times(times), np.int64)
-            if len(stamps) != count:
-                raise SourceError(
-                    f'{times} has {len(stamps)} lines for the {count} poses of {path}: give the'
-                    ' times of these poses, or put the time in front of each')
-            return _rising(times, stamps)
-    return None
+    times = find_times(path)
+    if times is None:
+        return None
+    stamps = np.array(read_times(times), np.int64)
+    if len(stamps) != count:
+        raise SourceError(
+            f'{times} has {len(stamps)} lines for the {count} poses of {path}: give the times of'
+            ' these poses, or put the time in front of each')
+    return _rising(times, stamps)
 
 
 def _from_quaternions(path: Path, given: NDArray[np.float64]) -> NDArray[np.float64]:
