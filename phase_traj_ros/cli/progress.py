@@ -7,7 +7,7 @@ from typing import Any
 
 from phase_traj_ros.cli.escaping import escaped, screen
 from phase_traj_ros.io.sources.base import Entry
-from phase_traj_ros.tasks.batch.job import Pass, Through
+from phase_traj_ros.tasks.batch.job import Through
 from tqdm import tqdm
 
 BY_SOURCE = '{desc}: {percentage:3.0f}%|{bar}| {n:.1f} of {total} [{elapsed}<{remaining}]'
@@ -30,8 +30,8 @@ def progress(
 
 def over_passes(*, total: int | None, title: str) -> Through:
     """Return what shows a bar over the frames of each pass of a replay."""
-    def shown(frames: Iterable[Entry], which: Pass) -> Iterable[Entry]:
-        name = f'{title}, {which.value}' if which.value else title
+    def shown(frames: Iterable[Entry], which: str) -> Iterable[Entry]:
+        name = f'{title}, {which}' if which else title
         bar: Iterable[Entry] = progress(frames, total=total, title=name)
         return bar
     return shown

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing, ExitStack
 import ctypes
 from dataclasses import replace
-from enum import Enum
 
 from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.outputs.outputs import Outputs
@@ -22,16 +21,12 @@ from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.tasks.batch.request import ReplayRequest, REPORT
 
 
-class Pass(Enum):
-    """Pass over the frames of a source; the value is its name in progress bars."""
+Through = Callable[[Iterable[Entry], str], Iterable[Entry]]
+"""
+Takes the frames of a pass and yields them, as a progress bar does.
 
-    ONLY = ''
-    FIRST = 'pass 1 of 2: learning the camera'
-    SECOND = 'pass 2 of 2'
-
-
-Through = Callable[[Iterable[Entry], Pass], Iterable[Entry]]
-"""Takes the frames of a pass and yields them, as a progress bar does."""
+The text is the name of the pass, empty if it is the only one.
+"""
 
 
 def replay_source(
@@ -78,13 +73,13 @@ def replay_source(
                 owner.file(request.bag_out), mounting, source=source.description,
                 debug_images=request.bag_debug_images)))
         lens, unused_calibration = known_lens(source, parameters)
-        last = Pass.ONLY
+        last = ''
         if lens is None and not request.one_pass and parameters.settings.learns_lens:
-            last = Pass.SECOND
+            last = 'pass 2 of 2'
             with closing(prefetch(source.entries())) as frames:
                 lens = learned_lens(
-                    through(frames, Pass.FIRST), parameters, source.description,
-                    strict=request.strict)
+                    through(frames, 'pass 1 of 2: learning the camera'), parameters,
+                    source.description, strict=request.strict)
         speeds = source.speeds(request.speed_topic) if parameters.use_speed_topic else ()
         with closing(prefetch(source.entries())) as frames:
             result = replay(

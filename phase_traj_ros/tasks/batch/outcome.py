@@ -14,7 +14,7 @@ from phase_traj_ros.errors import message_of
 from phase_traj_ros.io.replay.overview import outline, turn_marks
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import Entry
-from phase_traj_ros.tasks.batch.job import Pass, replay_source
+from phase_traj_ros.tasks.batch.job import replay_source
 from phase_traj_ros.tasks.batch.request import ReplayRequest
 
 # Tolerance of a thinned route, as a share of its size: the summary draws it 40 pixels wide.
@@ -88,7 +88,7 @@ def _replay(request: ReplayRequest, progress: Progress) -> Replay:
         total = None if source.frame_count is None else passes * source.frame_count
         done = count()
 
-        def counted(frames: Iterable[Entry], _: Pass) -> Iterator[Entry]:
+        def counted(frames: Iterable[Entry], _: str) -> Iterator[Entry]:
             for frame in frames:
                 progress(next(done), total)
                 yield frame

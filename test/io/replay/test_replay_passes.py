@@ -18,13 +18,14 @@ from phase_traj_ros.io.sources.base import Candidate, FrameSource
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import EVERYTHING
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.tasks.batch.job import Pass, replay_source
+from phase_traj_ros.tasks.batch.job import replay_source
 from phase_traj_ros.tasks.batch.outcome import run_request
 from phase_traj_ros.tasks.batch.request import ReplayRequest
 import pytest
 
 WIDE = CameraModel.pinhole((160, 320), 110.0)
 YAWS = (0, *[0] * 8, *[-6] * 15, *[0] * 12, *[6] * 15, *[0] * 12)
+FIRST, SECOND = 'pass 1 of 2: learning the camera', 'pass 2 of 2'
 
 
 @pytest.fixture(scope='module')
@@ -84,7 +85,7 @@ def test_what_is_known_takes_one_pass(folder, values, expected):
         return frames
 
     plain = replayed(folder, one_pass=False, through=counted, **values)
-    assert passes == [Pass.ONLY]
+    assert passes == ['']
     assert codes(plain) == codes(replayed(folder, one_pass=True, **values))
     assert changes(plain) == expected
 
@@ -98,12 +99,12 @@ def test_the_passes_are_told_apart(folder):
         return frames
 
     replayed(folder, one_pass=False, through=counted)
-    assert passes == [(Pass.FIRST, len(YAWS)), (Pass.SECOND, len(YAWS))]
+    assert passes == [(FIRST, len(YAWS)), (SECOND, len(YAWS))]
 
 
 def test_learning_ends_where_the_camera_is_known_well(folder, monkeypatch):
     monkeypatch.setattr('phase_traj_ros.io.replay.camera._ENOUGH_TURNS', 1)
-    taken = dict.fromkeys(Pass, 0)
+    taken = dict.fromkeys((FIRST, SECOND), 0)
 
     def counted(frames, which):
         for frame in frames:
@@ -112,8 +113,8 @@ def test_learning_ends_where_the_camera_is_known_well(folder, monkeypatch):
 
     result = replayed(folder, one_pass=False, through=counted)
     # The first turn ends at frame 24, the second one at frame 51.
-    assert 20 <= taken[Pass.FIRST] < 51
-    assert taken[Pass.SECOND] == len(YAWS)
+    assert 20 <= taken[FIRST] < 51
+    assert taken[SECOND] == len(YAWS)
     assert result.camera.turns == 1
     assert changes(result) == [2, 0]
 
