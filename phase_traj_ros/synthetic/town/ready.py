@@ -25,12 +25,13 @@ _BETWEEN = 0.3
 _INTO = 0.6
 
 
-def _scene(streets: Sequence[Street], clear_of: Floats, seed: int) -> Scene:
+def _scene(streets: Sequence[Street], clear_of: npt.ArrayLike, seed: int) -> Scene:
+    poses = np.asarray(clear_of, np.float64).reshape(-1, 2)
     rng = np.random.default_rng((seed, 2))
     angle = rng.uniform(0.0, 2 * np.pi)
     lines = [street.line for street in streets]
     town = Town(
-        rng=rng, materials=materials(), poses=KeepOut([clear_of], CLEARANCE + _BETWEEN),
+        rng=rng, materials=materials(), poses=KeepOut([poses], CLEARANCE + _BETWEEN),
         corridors=KeepOut(lines, HALF_WIDTH - _INTO), roadways=KeepOut(lines, ROADWAY),
         sun=np.array([np.cos(angle), np.sin(angle)]))
     build(town, streets)
@@ -49,8 +50,7 @@ def street_grid(
     Streets run north and south at each of ``xs``, east and west at each of ``ys`` (metres), and
     extend beyond the outermost crossings. Nothing solid is within 4 m of ``clear_of`` (N, 2).
     """
-    points = np.asarray(clear_of, np.float64).reshape(-1, 2)
-    return _scene(grid_streets(xs, ys), points, seed)
+    return _scene(grid_streets(xs, ys), clear_of, seed)
 
 
 def scene_along(poses_xy: npt.ArrayLike, *, seed: int = 0) -> Scene:
@@ -61,12 +61,11 @@ def scene_along(poses_xy: npt.ArrayLike, *, seed: int = 0) -> Scene:
     fronts are 7 to 10 m from it on both sides, with side streets. Nothing solid is within 4 m of
     the points.
     """
-    points = np.asarray(poses_xy, np.float64).reshape(-1, 2)
-    return _scene(streets_along(points, np.random.default_rng((seed, 3))), points, seed)
+    return _scene(
+        streets_along(poses_xy, np.random.default_rng((seed, 3))), poses_xy, seed)
 
 
 def roads_along(poses_xy: npt.ArrayLike, *, seed: int = 0) -> list[Floats]:
     """Return the roads of ``scene_along``: centre lines (N, 2) that share their crossings."""
-    points = np.asarray(poses_xy, np.float64).reshape(-1, 2)
-    streets = streets_along(points, np.random.default_rng((seed, 3)))
+    streets = streets_along(poses_xy, np.random.default_rng((seed, 3)))
     return [street.line for street in streets if not street.again]
