@@ -252,16 +252,15 @@ def _per_100m(error: NDArray[np.float64], positions: NDArray[np.float64]) -> flo
     way = way_along(positions)
     if way[-1] == 0.0:
         return None
-    ends = np.searchsorted(way, way + _STRETCH_M)
-    starts = np.flatnonzero(ends < len(way))
+    starts, ends = _parts(way, _STRETCH_M, every=1)
     if not len(starts):
         return abs(float(error[-1])) / float(way[-1]) * _STRETCH_M
-    return float(np.abs(error[ends[starts]] - error[starts]).mean())
+    return float(np.abs(error[ends] - error[starts]).mean())
 
 
-def _parts(way: NDArray[np.float64], length: float) -> NDArray[np.int64]:
+def _parts(way: NDArray[np.float64], length: float, *, every: int = _EVERY) -> NDArray[np.int64]:
     """Return the first and the last frames of all parts of a length, (2, m)."""
-    starts = np.arange(0, len(way), _EVERY)
+    starts = np.arange(0, len(way), every)
     ends = np.searchsorted(way, way[starts] + length)
     inside = ends < len(way)
     return np.stack([starts[inside], ends[inside]])
