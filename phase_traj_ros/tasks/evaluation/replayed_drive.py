@@ -172,8 +172,7 @@ def _read_poses(directory: Path) -> NDArray[np.float64] | None:
     file = directory / 'trajectory.tum'
     if not file.exists():
         return None
-    rows = [line.split()[1:] for line in file.read_text(encoding='utf-8').splitlines()]
-    x, y, _, _, _, qz, qw = np.array(rows, np.float64).reshape(-1, 7).T
+    x, y, qz, qw = np.loadtxt(file, usecols=(1, 2, 6, 7), ndmin=2, unpack=True)
     return np.stack([x, y, 2 * np.arctan2(qz, qw)], axis=1)
 
 
