@@ -6,12 +6,11 @@ The ways in which the program ends other than by itself: signals, and closed out
 The imports of this module are fast, so that the program can call it first.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 import os
 import signal
 import sys
-import threading
 from types import FrameType
 from typing import Final, TextIO
 
@@ -43,28 +42,11 @@ def leave_at_once(number: int, _: FrameType | None) -> None:
     os._exit(status_of(number))
 
 
-@contextmanager
-def handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+def handle_signals(handler: signal.Handlers | Callable[[int, FrameType | None], None]) -> None:
     """Handle the signals that end a program, except those that the caller has it ignore."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {
-        number: signal.signal(number, handler)
-        for number in SIGNALS if signal.getsignal(number) is not signal.SIG_IGN}
-    try:
-        yield
-    except Ended:
-        # The process is ending: another Ctrl-C must not turn this into a failure.
-        for number in before:
-            signal.signal(number, signal.SIG_IGN)
-        before.clear()
-        raise
-    finally:
-        for number, earlier in before.items():
-            # Unless a signal inside has ended the program, and further ones are ignored.
-            if signal.getsignal(number) is handler:
-                signal.signal(number, earlier)
+    for number in SIGNALS:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, handler)
 
 
 def status_of(number: int) -> int:

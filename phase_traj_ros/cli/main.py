@@ -10,7 +10,7 @@ import sys
 from phase_traj_ros.cli.ending import (
     Ended,
     EXIT_BAD_INPUT,
-    handled,
+    handle_signals,
     leave_at_once,
     line_of,
     open_closed_streams,
@@ -44,26 +44,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _status(arguments: Sequence[str] | None) -> int:
     for name, value in _QUIET.items():
         os.environ.setdefault(name, value)
+    handle_signals(leave_at_once)
     # OpenCV reads the settings when it is loaded, and these modules load it.
     try:
-        with handled(leave_at_once):
-            from phase_traj_ros.cli.program import program_parser
+        from phase_traj_ros.cli.program import program_parser
     except ModuleNotFoundError as error:
         return _refused(
             f'the Python package {error.name} is missing: install python3-opencv, python3-numpy'
             ' and python3-yaml (apt), or install phase_traj_ros with pip, which brings them')
 
     try:
-        with handled(raise_ended):
-            options = program_parser().parse_args(arguments)
-            status: int | None = options.run(options)
+        handle_signals(raise_ended)
+        options = program_parser().parse_args(arguments)
+        status: int | None = options.run(options)
     except PhaseTrajError as error:
         hint = ', or replace it with --force' if isinstance(error, ForeignFileError) else ''
         status = _refused(f'{error}{hint}')
-    except KeyboardInterrupt as error:
-        number = error.number if isinstance(error, Ended) else signal.SIGINT
-        say(line_of(number))
-        status = status_of(number)
+    except Ended as ended:
+        # The process is ending: another Ctrl-C must not turn this into a failure.
+        handle_signals(signal.SIG_IGN)
+        say(line_of(ended.number))
+        status = status_of(ended.number)
     except SystemExit as end:
         # The parser has printed the help, or what is wrong with the call.
         status = end.code if isinstance(end.code, int) else 0

@@ -9,7 +9,7 @@ import sys
 
 import cv2
 import numpy as np
-from phase_traj_ros.cli import ending, main as program
+from phase_traj_ros.cli import main as program
 import pytest
 
 PROGRAM = (sys.executable, '-m', 'phase_traj_ros.cli.main')
@@ -59,14 +59,6 @@ def stopped_at(number, drive, tmp_path, monkeypatch, capfd):
         'replay', str(drive), '--threshold', '16', '--output', str(tmp_path / 'out' / 'a'),
         '--report'])
     return status, capfd.readouterr()
-
-
-@pytest.fixture
-def handlers():
-    before = {number: signal.getsignal(number) for number in ending.SIGNALS}
-    yield
-    for number, handler in before.items():
-        signal.signal(number, handler)
 
 
 @pytest.mark.parametrize(('number', 'line'), [

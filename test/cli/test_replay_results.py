@@ -4,11 +4,13 @@
 
 import csv
 import json
+import signal
 import subprocess
 import sys
 
 import cv2
 import numpy as np
+from phase_traj_ros.cli.ending import Ended
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.sources.opening import open_source
@@ -183,7 +185,7 @@ def test_several_sources_one_of_them_broken(tmp_path):
     assert f'{sources[1]}: 8 frames, 2 turns' in result.stdout
 
 
-def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch, capsys):
+def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch, capsys, handlers):
     from phase_traj_ros.tasks.batch.engine import Batch
     sources = [pictures(tmp_path / name) for name in ('a', 'b')]
     take = Batch._take
@@ -191,7 +193,7 @@ def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch, capsys):
     def interrupted(batch, done):
         take(batch, done)
         if done and not batch._stopping:
-            raise KeyboardInterrupt
+            raise Ended(signal.SIGINT)
 
     monkeypatch.setattr(Batch, '_take', interrupted)
     assert run('replay', *sources, '--output', tmp_path / 'out', '--jobs', '1') == 130

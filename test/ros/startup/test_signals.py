@@ -5,7 +5,7 @@
 import os
 import signal
 
-from phase_traj_ros.cli.ending import handled, raise_ended
+from phase_traj_ros.cli.ending import handle_signals, raise_ended
 from phase_traj_ros.ros.startup.signals import stop_on_signals
 import pytest
 
@@ -52,7 +52,8 @@ def test_two_signals_at_the_same_moment_report_nothing(monkeypatch):
 
 
 def test_a_program_that_a_signal_has_ended_ignores_further_ones():
-    with handled(raise_ended), stop_on_signals() as stop:
+    handle_signals(raise_ended)
+    with stop_on_signals() as stop:
         os.kill(os.getpid(), signal.SIGINT)
         assert stop.is_set()
     assert all(signal.getsignal(each) is signal.SIG_IGN for each in NUMBERS)
