@@ -30,40 +30,24 @@ class Stage(Enum):
 
 class LossCounter:
     """
-    Counts the messages that were sent on a topic and not received, for each of its publishers.
+    Counts the messages that were sent on a topic and not received.
 
-    Each publisher numbers its own messages, but a message does not name its publisher: it is
-    counted for the one whose last number is the nearest below its own.
+    Each publisher numbers its own messages, but a message does not name its publisher: of
+    several, no loss is known.
     """
 
     def __init__(self, publishers: Callable[[], int]) -> None:
         """Make a counter before the first message; ``publishers`` returns their number."""
         self._publishers = publishers
-        self._last: list[int] = []
-        """Last number of each publisher, the one heard last at the end."""
+        self._last: int | None = None
 
     def update(self, sequence_number: int | None) -> int:
         """Return the number of messages missing before the one with this sequence number."""
-        if sequence_number is None:
+        last, self._last = self._last, sequence_number
+        if last is None or sequence_number is None:
             return 0
-        missing, last = self._nearest(sequence_number)
-        if missing and len(self._last) < self._publishers():
-            # The first message of another publisher.
-            missing, last = 0, None
-        if last is not None:
-            self._last.remove(last)
-        elif self._last and len(self._last) >= self._publishers():
-            # A publisher has started anew, or has been replaced.
-            del self._last[0]
-        self._last.append(sequence_number)
-        return missing
-
-    def _nearest(self, sequence_number: int) -> tuple[int, int | None]:
-        """Return the number of missing messages, and the last number; None if none is near."""
-        near = [
-            (sequence_number - last - 1, last) for last in self._last
-            if 0 < sequence_number - last <= _LONGEST_LOSS + 1]
-        return min(near, default=(0, None))
+        missing = sequence_number - last - 1
+        return missing if 0 < missing <= _LONGEST_LOSS and self._publishers() == 1 else 0
 
 
 @dataclass(slots=True)
