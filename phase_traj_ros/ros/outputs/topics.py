@@ -27,8 +27,6 @@ from rclpy.qos import qos_profile_sensor_data
 
 # Period at which delayed content is published while no pair arrives.
 _FLUSH_S = 0.25
-# Period of a path without subscribers.
-_UNWATCHED_PATH_NS = 5 * 10**9
 
 
 class Outputs:
@@ -36,9 +34,8 @@ class Outputs:
     Publishes the results of each pair of frames.
 
     Codes, shift, response, status and pose are published with every pair, if they have
-    subscribers. The texts of the codes and the path are published by the schedule. Sending a long
-    path takes longer than correlating an image. Without subscribers, the path is therefore
-    published every few seconds only, for late subscribers.
+    subscribers. The texts of the codes and the path are published by the schedule, also without
+    subscribers, for late ones.
     """
 
     def __init__(
@@ -51,8 +48,6 @@ class Outputs:
         self._per_pair = {topic.name: _publisher(node, topic) for topic in topics}
         self._latched = {topic.name for topic in topics if topic.latched}
         self._of_all = {topic: _publisher(node, topic) for topic in whole_topics(parameters)}
-        self._path_waits = False
-        self._path_sent_ns: int | None = None
         self._debug_image = node.create_publisher(
             TYPES[DEBUG_IMAGE.type], f'~/{DEBUG_IMAGE.name}', qos_profile_sensor_data)
         self._transform = TransformOutput(node) if parameters.publish_tf else None
@@ -88,40 +83,22 @@ class Outputs:
     def publish_state(self) -> None:
         """Publish the current chain code and path, as after a reset."""
         self._schedule.restart()
-        # Late subscribers must not receive the path from before the reset.
-        self._path_sent_ns = None
         self._publish_due()
 
     def _publish_due(self) -> None:
-        now_ns = self._clock.now().nanoseconds
-        for topic in self._schedule.take(now_ns):
+        for topic in self._schedule.take(self._clock.now().nanoseconds):
             if topic == PATH:
-                self._path_waits = True
+                message: Any = path_bytes(
+                    self._estimator.path.points(MAX_PATH_POSES),
+                    self._estimator.last_stamp_ns or 0, self.parameters.path_frame)
             else:
-                self._send(topic)
-        if self._path_waits and self._is_path_wanted(now_ns):
-            self._path_waits = False
-            self._path_sent_ns = now_ns
-            self._send(PATH)
+                message = MESSAGES.of_all(topic, self._estimator, self.parameters)
+            self._of_all[topic].publish(message)
         # Each time the timer fires, rclpy checks all entities of the node, which takes time.
-        if self._schedule.pending or self._path_waits:
+        if self._schedule.pending:
             self._timer.reset()
         else:
             self._timer.cancel()
-
-    def _is_path_wanted(self, now_ns: int) -> bool:
-        if self._path_sent_ns is None or now_ns - self._path_sent_ns >= _UNWATCHED_PATH_NS:
-            return True
-        return bool(self._of_all[PATH].get_subscription_count())
-
-    def _send(self, topic: Topic) -> None:
-        if topic == PATH:
-            message: Any = path_bytes(
-                self._estimator.path.points(MAX_PATH_POSES), self._estimator.last_stamp_ns or 0,
-                self.parameters.path_frame)
-        else:
-            message = MESSAGES.of_all(topic, self._estimator, self.parameters)
-        self._of_all[topic].publish(message)
 
 
 def _publisher(node: Entities, topic: Topic) -> Publisher:
