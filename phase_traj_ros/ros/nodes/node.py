@@ -3,6 +3,7 @@
 """The node, a managed (lifecycle) node."""
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any, Final
 
 from phase_traj_ros.errors import message_of, PhaseTrajError
@@ -47,7 +48,7 @@ class PhaseTrajNode(LifecycleNode):
         # Declaring a parameter is not a change, so there is no work yet.
         self._work: Work | None = None
         self._failure: Exception | None = None
-        self._end_bond: Callable[[], None] | None = None
+        self._bond = ExitStack()
         self._live = LiveParameters(self, check=self._check, on_change=self._change)
         # A transition that the state does not have ends the process of a plain LifecycleNode.
         self._change_state_of_rclpy = self._service_change_state.callback
@@ -113,21 +114,16 @@ class PhaseTrajNode(LifecycleNode):
         with names_explained():
             self._work.start()
         if self._managed:
-            self._end_bond = keep_bond(self)
+            self._bond.callback(keep_bond(self))
         self._live.tell()
 
     def _deactivate(self) -> None:
         assert self._work is not None
-        self._leave_bond()
+        self._bond.close()
         self._work.stop()
 
-    def _leave_bond(self) -> None:
-        if self._end_bond is not None:
-            self._end_bond()
-            self._end_bond = None
-
     def _clean_up(self) -> None:
-        self._leave_bond()
+        self._bond.close()
         self._drop_work()
 
     def _drop_work(self) -> None:
