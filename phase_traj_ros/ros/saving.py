@@ -44,16 +44,17 @@ class Saving:
         self._node = node
         self._take = take
         self._folder: Path | None = None
-        self._folders = DriveFolders(
-            user_path(output_dir), node.get_fully_qualified_name()) if output_dir else None
+        self._parent = user_path(output_dir) if output_dir else None
+        if self._parent is not None:
+            check_writable(self._parent)
         # Drawing takes some tenths of a second. Images must not queue up meanwhile.
         self._writer = ThreadPoolExecutor(max_workers=1)
         entities.create_service(Trigger, '~/save', self._on_save)
 
     def end_drive(self) -> None:
         """Save the drive, if it has frames and files are written; call it before a reset."""
-        if self._folders is not None and (snapshot := self._take()).corners:
-            self._save(snapshot, self._folders, self._log)
+        if self._parent is not None and (snapshot := self._take()).corners:
+            self._save(snapshot, self._parent, self._log)
         self._folder = None
 
     def close(self) -> None:
@@ -62,11 +63,12 @@ class Saving:
         self._writer.shutdown()
 
     def _save(
-        self, snapshot: Snapshot, folders: 'DriveFolders', on_done: Callable[[bool, str], None],
+        self, snapshot: Snapshot, parent: Path, on_done: Callable[[bool, str], None],
     ) -> None:
         """Write a state, and pass on whether that worked, and where or why not."""
         try:
-            self._folder = self._folder or folders.make()
+            self._folder = self._folder or new_folder(
+                parent, self._node.get_fully_qualified_name())
         except OutputError as error:
             on_done(False, str(error))
             return
@@ -82,53 +84,52 @@ class Saving:
     async def _on_save(
         self, _: Trigger.Request, response: Trigger.Response,
     ) -> Trigger.Response:
-        if self._folders is None:
+        if self._parent is None:
             response.message = 'the parameter output_dir is not set: start the node with one'
             return response
         done: Future = Future(executor=self._node.executor)
-        self._save(self._take(), self._folders, lambda *result: done.set_result(result))
+        self._save(self._take(), self._parent, lambda *result: done.set_result(result))
         response.success, response.message = await done
         self._log(response.success, response.message)
         return response
 
 
-class DriveFolders:
-    """Makes the folders ``NODE_1``, ``NODE_2`` and so on; each belongs to one drive."""
+def check_writable(parent: Path) -> None:
+    """
+    Check that folders can be made in ``parent``, and make it if it is absent.
 
-    def __init__(self, parent: Path, node: str) -> None:
-        """
-        Check that folders can be made in ``parent``, for the node of that full name.
+    Raises
+    ------
+    OutputError
+        Nothing can be written there.
 
-        Raises
-        ------
-        OutputError
-            Nothing can be written there.
+    """
+    with writing_to(parent):
+        parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=parent):
+            pass
 
-        """
-        self._parent = parent
-        self._name = node.strip('/').replace('/', '_')
-        with writing_to(parent):
-            parent.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=parent):
-                pass
 
-    def make(self) -> Path:
-        """
-        Make the next folder and return it; it is new, whoever else makes folders.
+def new_folder(parent: Path, node: str) -> Path:
+    """
+    Make the next of the folders ``NODE_1``, ``NODE_2`` and so on, and return it.
 
-        Raises
-        ------
-        OutputError
-            It cannot be made.
+    ``node`` is the full name of the node. The folder is new, whoever else makes folders.
 
-        """
-        with writing_to(self._parent):
-            numbers = count(1)
-            while True:
-                folder = self._parent / f'{self._name}_{next(numbers)}'
-                with suppress(FileExistsError):
-                    folder.mkdir(parents=True)
-                    return folder
+    Raises
+    ------
+    OutputError
+        It cannot be made.
+
+    """
+    name = node.strip('/').replace('/', '_')
+    with writing_to(parent):
+        numbers = count(1)
+        while True:
+            folder = parent / f'{name}_{next(numbers)}'
+            with suppress(FileExistsError):
+                folder.mkdir(parents=True)
+                return folder
 
 
 def _write(snapshot: Snapshot, folder: Path, on_done: Callable[[bool, str], None]) -> None:

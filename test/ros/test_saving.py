@@ -5,27 +5,26 @@
 from concurrent.futures import ThreadPoolExecutor
 
 from phase_traj_ros.errors import OutputError
-from phase_traj_ros.ros.saving import DriveFolders
+from phase_traj_ros.ros.saving import check_writable, new_folder
 import pytest
 
 
 def test_nodes_that_share_a_folder_do_not_share_their_drives(tmp_path):
-    makers = [
-        DriveFolders(tmp_path, name) for name in ('/front/pt', '/rear/pt', '/rear/pt')]
+    names = ['/front/pt', '/rear/pt', '/rear/pt']
     with ThreadPoolExecutor() as pool:
-        made = list(pool.map(lambda maker: maker.make().name, makers * 10))
+        made = list(pool.map(lambda name: new_folder(tmp_path, name).name, names * 10))
     assert sorted(made) == sorted([
         *(f'front_pt_{number}' for number in range(1, 11)),
         *(f'rear_pt_{number}' for number in range(1, 21))])
 
 
 def test_a_later_start_keeps_what_is_there(tmp_path):
-    assert DriveFolders(tmp_path, '/pt').make().name == 'pt_1'
+    assert new_folder(tmp_path, '/pt').name == 'pt_1'
     (tmp_path / 'pt_2').write_text('no folder, and not ours')
-    assert DriveFolders(tmp_path, '/pt').make().name == 'pt_3'
+    assert new_folder(tmp_path, '/pt').name == 'pt_3'
 
 
 def test_a_place_that_cannot_be_written_is_said_before_the_drive(tmp_path):
     (tmp_path / 'file').write_text('')
     with pytest.raises(OutputError, match=r'cannot write to .*file/below: Not a directory'):
-        DriveFolders(tmp_path / 'file' / 'below', '/pt')
+        check_writable(tmp_path / 'file' / 'below')
