@@ -4,7 +4,6 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 import json
 import os
 from pathlib import Path
@@ -19,7 +18,6 @@ from phase_traj_ros.ros.entities import LATCHED
 from phase_traj_ros.ros.playback.children import start_child
 from phase_traj_ros.ros.spin import ros_context
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from std_msgs.msg import String
 
 _DISCOVERY_S = 30.0
@@ -27,21 +25,11 @@ _SILENCE_S = 30.0
 _STOP_S = 10.0
 
 
-@dataclass(frozen=True, slots=True)
-class LiveResult:
-    """What the node has made of a recording."""
-
-    chain_code: str
-    """The last text of ``~/chain_code``."""
-    exit_status: int
-    """Exit status of the node after SIGINT."""
-
-
 def run_live(
     recording: Path, *, frames: int, values: Parameters, rate: float = 10.0,
-) -> LiveResult:
+) -> str:
     """
-    Play ``recording`` to a node, both in separate processes; return the chain code of the node.
+    Play ``recording`` to a node, both in separate processes; return its last ``~/chain_code``.
 
     No frame is lost: the images are reliable with KEEP_ALL at both ends. A separate namespace
     isolates the run from other nodes on the machine; other machines do not see it, unless the
@@ -85,12 +73,10 @@ def run_live(
             texts.append(message.data)
 
         listener.create_subscription(String, f'{NODE_NAME}/chain_code', take, LATCHED)
-        executor = SingleThreadedExecutor()
-        executor.add_node(listener)
         try:
             seen, deadline = 0, time.monotonic() + _DISCOVERY_S + _SILENCE_S
             while not (texts and texts[-1].startswith(f'frames {frames};')):
-                executor.spin_once(timeout_sec=0.1)
+                rclpy.spin_once(listener, timeout_sec=0.1)
                 if node_process.poll() is not None:
                     raise SourceError(
                         f'the node has exited with status {node_process.returncode}')
@@ -100,13 +86,12 @@ def run_live(
                     raise SourceError(
                         f'the node {namespace}/{NODE_NAME} does not respond, after'
                         f' {texts[-1] if texts else "no chain code"}')
-            if _status_of(player_process, 'player') != 0:
-                raise SourceError('the player has failed')
+            _wait_for(player_process, 'player')
         finally:
-            executor.shutdown()
             listener.destroy_node()
         node_process.send_signal(signal.SIGINT)
-        return LiveResult(texts[-1], _status_of(node_process, 'node'))
+        _wait_for(node_process, 'node')
+        return texts[-1]
 
 
 def lossless_overrides(topic: str) -> list[str]:
@@ -117,12 +102,14 @@ def lossless_overrides(topic: str) -> list[str]:
         for argument in ('-p', f'qos_overrides.{topic}.subscription.{policy}:={value}')]
 
 
-def _status_of(process: 'subprocess.Popen[bytes]', name: str) -> int:
-    """Wait until a process has ended; return its exit status."""
+def _wait_for(process: 'subprocess.Popen[bytes]', name: str) -> None:
+    """Wait until a process has ended; raise SourceError if it has not ended well."""
     try:
-        return process.wait(_STOP_S)
+        status = process.wait(_STOP_S)
     except subprocess.TimeoutExpired:
         raise SourceError(f'the {name} has not ended within {_STOP_S:g} s') from None
+    if status != 0:
+        raise SourceError(f'the {name} has ended with status {status}')
 
 
 @contextmanager
