@@ -41,7 +41,7 @@ def test_a_dropped_image_is_told(live, run):
     node = run()
     send(node, rolled([0, 0, 0, 0]), [0, 0.1, 0.05, 0.2])
     live.until(lambda: complete(node, 2))
-    live.until_said('dropped 1 image so far: its stamp is late, or far')
+    live.until_said('images dropped so far: 1, with stamps that are late, or far')
 
 
 def test_a_dropped_frame_does_not_make_a_turn_where_the_period_is_known(shared_live, tuned):

@@ -38,11 +38,9 @@ class Warnings:
         """Warn that images were dropped because of their stamps."""
         before, self._dropped = self._dropped, self._estimator.counters.dropped
         if self._dropped > before:
-            several = self._dropped > 1
             self._node.get_logger().warning(
-                f'dropped {self._dropped} image{"s" if several else ""} so far:'
-                f' {"their stamps are" if several else "its stamp is"} late, or far from those of'
-                ' the images around', throttle_duration_sec=_THROTTLE_S)
+                f'images dropped so far: {self._dropped}, with stamps that are late, or far from'
+                ' those of the images around', throttle_duration_sec=_THROTTLE_S)
 
     def of_threshold(self, update: Update) -> None:
         """Warn once that the threshold does not fit, if the hint lasts for some seconds."""
