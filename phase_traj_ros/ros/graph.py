@@ -14,8 +14,6 @@ COMPRESSED: Final = 'sensor_msgs/msg/CompressedImage'
 SUFFIX: Final = '/compressed'
 """What image_transport appends to the name of an image topic."""
 
-_MOST_NAMED = 5
-
 
 def full_name(endpoint: TopicEndpointInfo) -> str:
     """Return the full name of the node to which an endpoint belongs."""
@@ -74,12 +72,11 @@ def elsewhere(topic: str, message_type: str, topics: dict[str, str]) -> str:
     counterpart = topic + SUFFIX if message_type == RAW else topic.removesuffix(SUFFIX)
     if topics.get(counterpart, message_type) != message_type:
         named = [counterpart]
-    more = f' and {len(named) - _MOST_NAMED} more' if len(named) > _MOST_NAMED else ''
     base, transport = named[0], 'raw'
     if topics[base] == COMPRESSED:
         base, transport = base.removesuffix(SUFFIX), 'compressed'
-    return (f'images are on {", ".join(named[:_MOST_NAMED])}{more}: remap image, as in'
-            f' -r image:={base}, with image_transport {transport}')
+    return (f'images are on {", ".join(named)}: remap image, as in -r image:={base}, with'
+            f' image_transport {transport}')
 
 
 def _plain(reason: str) -> str:

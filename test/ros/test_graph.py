@@ -22,8 +22,3 @@ import pytest
 ])
 def test_where_images_are_is_said_with_what_to_write(topic, kind, topics, said):
     assert elsewhere(topic, kind, topics) == said
-
-
-def test_a_long_list_is_cut():
-    topics = {f'/camera_{index}/image': RAW for index in range(9)}
-    assert '/camera_4/image and 4 more: remap' in elsewhere('/image', RAW, topics)
