@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The frames of what is published: odom (REP 105) where it is in metres, and only there."""
 
+from nav_msgs.msg import Path
 from phase_traj_ros.core import EstimatorSettings, TrajectoryEstimator
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.messages.topics import PATH
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 import pytest
+from rclpy.serialization import deserialize_message
 
 
 @pytest.mark.parametrize(('values', 'path', 'odometry'), [
@@ -22,7 +24,8 @@ import pytest
 def test_what_is_in_metres_is_in_odom(values, path, odometry):
     parameters = Parameters(**values)
     estimator = TrajectoryEstimator(EstimatorSettings())
-    assert MESSAGES.of_all(PATH, estimator, parameters).header.frame_id == path
+    message = deserialize_message(MESSAGES.of_all(PATH, estimator, parameters), Path)
+    assert message.header.frame_id == path
     assert parameters.settings.metric == (odometry is not None)
     assert odometry in (None, parameters.odom_frame)
     assert parameters.notices == ()

@@ -4,13 +4,16 @@
 
 from array import array
 from collections import ChainMap
+from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core import Corner
 from phase_traj_ros.io.messages.published import Messages
+from phase_traj_ros.ros.outputs.wire import path_bytes
 from sensor_msgs.msg import Image
 
 
@@ -35,6 +38,14 @@ class _Types(dict[str, Any]):
         return self[name]
 
 
+class _NodeMessages(Messages):
+    """The messages of the node; its path, with up to a thousand poses, is serialised already."""
+
+    def path(self, points: Sequence[Corner], header: Any) -> Any:
+        """Return a nav_msgs/Path in bytes."""
+        return path_bytes(super().path(points[:1], header), points)
+
+
 TYPES = _Types()
-MESSAGES = Messages(ChainMap({
+MESSAGES = _NodeMessages(ChainMap({
     'diagnostic_msgs/msg/DiagnosticStatus': _status, 'sensor_msgs/msg/Image': _image}, TYPES))

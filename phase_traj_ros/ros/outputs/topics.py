@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The publishers of the node."""
 
-from typing import Any
+import time
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.io.messages.schedule import Schedule
@@ -10,18 +10,15 @@ from phase_traj_ros.io.messages.topics import (
     DEBUG_IMAGE,
     ODOMETRY,
     pair_topics,
-    PATH,
     Topic,
     whole_topics,
 )
 from phase_traj_ros.io.results.pictures import draw
 from phase_traj_ros.io.sources.base import StampedFrame
-from phase_traj_ros.parameters import MAX_PATH_POSES, Parameters
+from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.entities import Entities, LATCHED, PER_PAIR
 from phase_traj_ros.ros.outputs.messages import MESSAGES, TYPES
 from phase_traj_ros.ros.outputs.transform import TransformOutput
-from phase_traj_ros.ros.outputs.wire import path_bytes
-from rclpy.clock import Clock, ClockType
 from rclpy.publisher import Publisher
 from rclpy.qos import qos_profile_sensor_data
 
@@ -54,8 +51,6 @@ class Outputs:
         # Two poses in one frame would contradict each other: the transform uses the metric one.
         self._placed_by = ODOMETRY.name if parameters.settings.metric else 'pose'
         self._schedule = Schedule(parameters)
-        # A steady clock: a paused simulated time must not delay the last path.
-        self._clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(_FLUSH_S, self._publish_due)
 
     def publish(self, frame: StampedFrame, update: Update) -> None:
@@ -86,14 +81,10 @@ class Outputs:
         self._publish_due()
 
     def _publish_due(self) -> None:
-        for topic in self._schedule.take(self._clock.now().nanoseconds):
-            if topic == PATH:
-                message: Any = path_bytes(
-                    self._estimator.path.points(MAX_PATH_POSES),
-                    self._estimator.last_stamp_ns or 0, self.parameters.path_frame)
-            else:
-                message = MESSAGES.of_all(topic, self._estimator, self.parameters)
-            self._of_all[topic].publish(message)
+        # A steady clock: a paused simulated time must not delay the last path.
+        for topic in self._schedule.take(time.monotonic_ns()):
+            self._of_all[topic].publish(
+                MESSAGES.of_all(topic, self._estimator, self.parameters))
         # Each time the timer fires, rclpy checks all entities of the node, which takes time.
         if self._schedule.pending:
             self._timer.reset()

@@ -11,22 +11,21 @@ from collections.abc import Sequence
 import math
 import struct
 
+from nav_msgs.msg import Path
 import numpy as np
 from phase_traj_ros.core import Corner
-from phase_traj_ros.ros.outputs.messages import MESSAGES
 from rclpy.serialization import serialize_message
 
 # Bytes before the characters of the frame: representation, stamp and length.
 _FRAME = 4 + 8 + 4
 
 
-def path_bytes(points: Sequence[Corner], stamp_ns: int, frame_id: str) -> bytes:
-    """Return a nav_msgs/Path with these poses, serialised."""
-    message = bytearray(serialize_message(
-        MESSAGES.path(points[:1], MESSAGES.header(stamp_ns, frame_id))))
+def path_bytes(start: Path, points: Sequence[Corner]) -> bytes:
+    """Return a nav_msgs/Path with these poses, serialised; ``start`` has the first one only."""
+    message = bytearray(serialize_message(start))
     if len(points) < 2:
         return bytes(message)
-    name = frame_id.encode() + b'\0'
+    name = start.header.frame_id.encode() + b'\0'
     # The number of poses follows the frame, aligned to four bytes.
     struct.pack_into('=I', message, _FRAME + len(name) + -len(name) % 4, len(points))
     # A pose ends at a multiple of eight, so all that follow have the same layout.

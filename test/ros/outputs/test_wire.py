@@ -4,8 +4,8 @@
 
 from nav_msgs.msg import Path
 from phase_traj_ros.core import Corner
+from phase_traj_ros.io.messages.published import Messages
 from phase_traj_ros.ros.outputs.messages import MESSAGES
-from phase_traj_ros.ros.outputs.wire import path_bytes
 import pytest
 from rclpy.serialization import deserialize_message
 
@@ -19,5 +19,6 @@ def test_a_path(frame, poses):
     points = [
         Corner(0.1 * index, -2.0 * index, index / 7 - 3, STAMP + index * 10**8)
         for index in range(poses)]
-    read = deserialize_message(path_bytes(points, STAMP, frame), Path)
-    assert read == MESSAGES.path(points, MESSAGES.header(STAMP, frame))
+    header = MESSAGES.header(STAMP, frame)
+    read = deserialize_message(MESSAGES.path(points, header), Path)
+    assert read == Messages.path(MESSAGES, points, header)
