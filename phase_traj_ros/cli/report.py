@@ -49,11 +49,14 @@ def warn(warning: str) -> None:
     print(f'warning: {warning}', file=sys.stderr)
 
 
+def turn_words(angle_deg: float) -> str:
+    """Return the side and the degrees of a turn."""
+    return f'{"left" if angle_deg > 0 else "right"} {abs(angle_deg):.0f}'
+
+
 def _print_turns(turns: Sequence[Turn]) -> None:
     """Print the angles of the first turns."""
-    angles = [
-        f'{"left" if turn.angle_deg > 0 else "right"} {abs(turn.angle_deg):.0f}'
-        for turn in turns[:_MOST_TURNS]]
+    angles = [turn_words(turn.angle_deg) for turn in turns[:_MOST_TURNS]]
     more = ['...'] if len(turns) > _MOST_TURNS else []
     if angles:
         print(f'turns     ({len(turns)}): {", ".join(angles + more)} (degrees)')

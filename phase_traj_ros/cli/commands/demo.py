@@ -10,7 +10,7 @@ from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.demo_drive import render, replay_bag
 from phase_traj_ros.cli.commands.demo_map import run_on_map
 from phase_traj_ros.cli.options import add_force
-from phase_traj_ros.cli.report import print_doubts, print_result
+from phase_traj_ros.cli.report import print_doubts, print_result, turn_words
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
 from phase_traj_ros.core.codes.text import describe
 from phase_traj_ros.errors import MissingDependencyError, ResultError
@@ -85,9 +85,7 @@ def run(options: Namespace) -> None:
         write_results(offline, directory)
     print_result(offline)
     print_doubts(offline)
-    turns = ', '.join(
-        f'{"left" if turn.angle_deg > 0 else "right"} {abs(turn.angle_deg):.0f}°'
-        for turn in drive.turns)
+    turns = ', '.join(f'{turn_words(turn.angle_deg)}°' for turn in drive.turns)
     print(f'live and offline codes are the same, and the turns are the true ones: {turns}')
     print(f'bag       {options.output / name}')
     print(f'codes     {options.output / "chain_code.json"}')
