@@ -35,7 +35,7 @@ _WRITE = {
 
 
 @contextmanager
-def ros_context(arguments: Sequence[str] | None = None) -> Iterator[None]:
+def ros_context(arguments: Sequence[str]) -> Iterator[None]:
     """
     Initialise rclpy; shut it down on leaving.
 
@@ -47,8 +47,7 @@ def ros_context(arguments: Sequence[str] | None = None) -> Iterator[None]:
     """
     try:
         rclpy.init(
-            args=None if arguments is None else list(arguments),
-            signal_handler_options=SignalHandlerOptions.NO)
+            args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
         yield
     except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
         if rclpy.ok():
