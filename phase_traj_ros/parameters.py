@@ -92,7 +92,7 @@ class Parameters:
         ' positive to the right. Used with focal_px or hfov_deg. 0: learned from the turns with'
         ' auto.', minimum=-0.5, maximum=0.5, read_only=True)
     camera_pitch_deg: float = parameter(
-        0.0, 'Pitch of the camera, positive down. 0: estimated from the drive.', unit='deg',
+        0.0, 'Pitch of the camera, positive down. 0 if unknown. The drive improves it.', unit='deg',
         minimum=-60.0, maximum=60.0, read_only=True)
     camera_roll_deg: float = parameter(
         0.0, 'Roll of the camera, positive right side down. Used with a focal length or a'

@@ -20,6 +20,7 @@ NOISE = cv2.GaussianBlur(
 NOISE = np.clip(110 + 14 * NOISE / NOISE.std(), 0, 255).astype(np.uint8)
 PER_HEIGHT = 40.0
 LEVEL = np.eye(3)
+SURE = Horizon(pitch_deviation=0.0)
 
 
 class Road:
@@ -65,7 +66,8 @@ def motion(yaw=0.0, pitch=0.0, *, slope=0.0, passing=0.05):
 
 def drive(camera, step, *, pitch=0.0, told=None, frames=12, spoil=None, **kwargs):
     road = Road(camera, pitch)
-    meter = RoadMeter(camera, Horizon(0.0 if told is None else told), **kwargs)
+    horizon = Horizon() if told is None else Horizon(told, pitch_deviation=0.0)
+    meter = RoadMeter(camera, horizon, **kwargs)
     travels = []
     for index in range(frames):
         frame = road.seen(index * step)

@@ -10,7 +10,7 @@ Image axes are x to the right, y down, z forward. Pitch is positive down and rol
 side down (REP 103).
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 import math
 
 import numpy as np
@@ -33,6 +33,16 @@ class Horizon:
     roll: float = 0.0
     pitch_deviation: float = TUNING.pitch_deviation
     roll_deviation: float = TUNING.roll_deviation
+
+    def with_given(self, *, pitch_deg: float = 0.0, roll_deg: float = 0.0) -> 'Horizon':
+        """Return it with angles that a user gives, in degrees; 0 is not given."""
+        horizon = self
+        if pitch_deg:
+            horizon = replace(
+                horizon, pitch=math.radians(pitch_deg), pitch_deviation=TUNING.given_pitch)
+        if roll_deg:
+            horizon = replace(horizon, roll=math.radians(roll_deg), roll_deviation=0.0)
+        return horizon
 
     def degrees(self) -> dict[str, float]:
         """Return the four angles in degrees, by the names that ``CameraEstimate`` has for them."""

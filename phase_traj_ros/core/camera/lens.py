@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lens of a camera: from parameters, a calibration, the drive, or a guess."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
 import math
 
@@ -71,7 +71,7 @@ class Lens:
     offset: float = 0.0
     """Offset of the principal point to the right of the upright image centre, in image widths."""
     pitch_deg: float = 0.0
-    """Pitch in degrees, positive down."""
+    """Pitch in degrees, positive down; 0 if unknown. The drive improves it."""
     roll_deg: float = 0.0
     """Roll in degrees, positive right side down."""
     assumed: bool = False
@@ -80,8 +80,6 @@ class Lens:
     """Origin of the values."""
     horizon: Horizon = field(init=False, compare=False)
     """Tilt of the camera relative to the road."""
-    pitch_known: bool = field(init=False, compare=False)
-    """Whether the pitch was given; 0 is an unknown pitch."""
     focal_deviation: float = field(init=False, compare=False, default=0.0)
     """Relative standard deviation of the focal length; 0 if it is given."""
     # The horizontal focal length in pixels, or, if that is 0, in image widths.
@@ -117,10 +115,7 @@ class Lens:
         elif self.hfov_deg:
             self._set(_focal_widths=max(_LEAST_FOCAL, focal_px_of(
                 self.hfov_deg, 1, self.straightness, column=self.offset)))
-        horizon = Horizon(math.radians(self.pitch_deg), math.radians(self.roll_deg))
-        self._set(
-            horizon=replace(horizon, roll_deviation=0.0) if self.roll_deg else horizon,
-            pitch_known=self.pitch_deg != 0.0)
+        self._set(horizon=Horizon().with_given(pitch_deg=self.pitch_deg, roll_deg=self.roll_deg))
         if self.assumed:
             self._set(origin=LensOrigin.ASSUMED, focal_deviation=TUNING.assumed_deviation)
 
@@ -129,7 +124,7 @@ class Lens:
         self._set(
             straightness=estimate.straightness, pitch_deg=estimate.pitch_deg,
             roll_deg=estimate.roll_deg, offset=estimate.column_px / estimate.width,
-            horizon=estimate.horizon, pitch_known=False,
+            horizon=estimate.horizon,
             focal_deviation=estimate.focal_deviation,
             _focal_widths=estimate.focal_px / estimate.width)
 

@@ -16,6 +16,7 @@ from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.frames.pixel_weights import PixelWeights, upright
+from phase_traj_ros.core.rotation.focus_of_expansion import Mounting
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
@@ -90,13 +91,13 @@ class YawCamera:
         Return the cosine of the angle between the vertical image axis and the vertical.
 
         A tilted camera measures only this fraction of a turn as yaw. The pitch of a calibrated
-        camera is that of the direction of travel, unless it is given. A camera that is learned
-        from turns is learned with its pitch.
+        camera is that of the direction of travel. A camera that is learned from turns is learned
+        with its pitch.
         """
         calibrated = self.lens.origin in (LensOrigin.GIVEN, LensOrigin.CALIBRATION)
-        if self._meter is None or self.lens.pitch_known or not calibrated:
+        if self._meter is None or not calibrated:
             return self.lens.tilt
-        return self.lens.tilt * self._meter.mounting.level
+        return math.cos(self.lens.horizon.roll) * self._meter.mounting.level
 
     @property
     def azimuth(self) -> float:
@@ -266,7 +267,8 @@ class YawCamera:
     def _set_lens(self, lens: Lens) -> float:
         """Use another lens; return the factor that corrects angles measured with a guess."""
         before, self.lens = self.lens, lens
-        if self._learning is None or not self._shape:
+        guessed = self._learning is not None and self._learning.given is None
+        if not (guessed and self._shape):
             return 1.0
         width = self._shape[1]
         return before.focal_for(width) / lens.focal_for(width) * before.tilt / lens.tilt
@@ -283,7 +285,7 @@ class YawCamera:
         before = self._meter if lens.horizon == self.lens.horizon else None
         meter = YawMeter(
             projection, mask=self._weights.mask, keyframes=self._keyframes,
-            mounting=None if before is None else before.mounting)
+            mounting=Mounting(lens.horizon) if before is None else before.mounting)
         if self._weights.keep_for(frame.shape):
             meter.use_mask(self._weights.current)
         self._focal = (camera.fx, camera.fy)

@@ -31,24 +31,23 @@ class RoadMeter:
     """Measures the distance that a camera travels between frames."""
 
     def __init__(
-        self, camera: CameraModel, horizon: Horizon, *, pitch_known: bool = False,
-        rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
-        speed_filter: SpeedFilter | None = None, tilt: RoadTilt | None = None,
-        keyframes: bool = True,
+        self, camera: CameraModel, horizon: Horizon, *, rotate_180: bool = False,
+        mask: NDArray[np.float32] | None = None, speed_filter: SpeedFilter | None = None,
+        tilt: RoadTilt | None = None, keyframes: bool = True,
     ) -> None:
         """
         Make a meter that waits for its first frame.
 
         ``camera`` is the model of the upright image, ``horizon`` its prior tilt relative to the
-        road, the pitch of which is exact if ``pitch_known``. The frames are upside down with
-        ``rotate_180``, and ``mask`` is the weight of each of their pixels, (H, W), 0 to 1.
+        road. The frames are upside down with ``rotate_180``, and ``mask`` is the weight of each of
+        their pixels, (H, W), 0 to 1.
         ``speed_filter`` holds the prior speed, ``tilt`` the pitch if it is known better. With
         ``keyframes``, a frame may be compared with an earlier one than its predecessor.
         """
         self._keyframes = keyframes
         self._camera, self._horizon = camera, horizon
         self._rotate_180, self._mask = rotate_180, mask
-        self.tilt = RoadTilt(horizon, fixed=pitch_known) if tilt is None else tilt
+        self.tilt = RoadTilt(horizon) if tilt is None else tilt
         """Pitch of the camera relative to the road."""
         self.speed_filter = SpeedFilter() if speed_filter is None else speed_filter
         """Speed of the vehicle."""

@@ -2,9 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures the road in the frames of a camera, whose lens is given or learned from the drive."""
 
-from dataclasses import replace
-import math
-
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.heading.yaw_camera import YawCamera
@@ -21,10 +18,10 @@ class RoadCamera:
         """
         Make a camera before its first frame.
 
-        ``pitch_deg`` is its pitch relative to the road, positive down, 0 to estimate it. With
+        ``pitch_deg`` is its pitch relative to the road, positive down, 0 if unknown. With
         ``keyframes``, a frame may be compared with an earlier one than its predecessor.
         """
-        self._pitch, self._keyframes = math.radians(pitch_deg), keyframes
+        self._pitch_deg, self._keyframes = pitch_deg, keyframes
         self._meter: RoadMeter | None = None
         self._form: tuple[Lens, tuple[int, ...], bool] | None = None
         self._newest: Frame | None = None
@@ -76,9 +73,8 @@ class RoadCamera:
             # The column of the principal point alone does not change the pitch.
             if lens.horizon == self._form[0].horizon:
                 tilt = before.tilt
-        horizon = replace(lens.horizon, pitch=self._pitch) if self._pitch else lens.horizon
         self._form, self._meter = form, RoadMeter(
-            camera.model, horizon, pitch_known=lens.pitch_known or self._pitch != 0.0,
+            camera.model, lens.horizon.with_given(pitch_deg=self._pitch_deg),
             rotate_180=camera.rotate_180, mask=camera.pixel_weights, speed_filter=speeds,
             tilt=tilt, keyframes=self._keyframes)
         if self._newest is not None and self._newest.shape == frame.shape:

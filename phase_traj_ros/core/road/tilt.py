@@ -21,12 +21,10 @@ from phase_traj_ros.core.road.tuning import TUNING
 class RoadTilt:
     """Estimates the pitch with a Kalman filter of two states: mounting and suspension."""
 
-    def __init__(self, horizon: Horizon, *, fixed: bool = False) -> None:
-        """Start with a prior tilt; with ``fixed``, the pitch of the mounting is exact."""
+    def __init__(self, horizon: Horizon) -> None:
+        """Start with a prior tilt."""
         self._state = np.array([horizon.pitch, 0.0])
-        mounting = 0.0 if fixed else horizon.pitch_deviation
-        self._covariance = np.diag([mounting ** 2, TUNING.suspension_pitch ** 2])
-        self._fixed = fixed
+        self._covariance = np.diag([horizon.pitch_deviation ** 2, TUNING.suspension_pitch ** 2])
 
     @property
     def mounting(self) -> float:
@@ -54,7 +52,7 @@ class RoadTilt:
         # Only the sum is measured, so the errors of both parts mostly cancel. Each contributes its
         # covariance with the sum.
         own = math.sqrt(max(float(self._covariance[0].sum()), 0.0))
-        return math.hypot(own, 0.0 if self._fixed else TUNING.common_pitch_error)
+        return math.hypot(own, TUNING.common_pitch_error)
 
     def predict(self, interval: float) -> None:
         """Predict ``interval`` seconds ahead."""
@@ -63,9 +61,8 @@ class RoadTilt:
         self._covariance[1] *= kept
         self._covariance[:, 1] *= kept
         self._covariance[1, 1] += (1.0 - kept * kept) * TUNING.suspension_pitch ** 2
-        if not self._fixed:
-            drift = min(interval / TUNING.load_time, 1.0)
-            self._covariance[0, 0] += TUNING.load_pitch ** 2 * drift
+        drift = min(interval / TUNING.load_time, 1.0)
+        self._covariance[0, 0] += TUNING.load_pitch ** 2 * drift
 
     def add_slides(
         self, ratio: float, apart: float, variance: float, *, assumed: float,

@@ -12,6 +12,7 @@ the camera, with which a part of each turn is not a yaw but a roll of the camera
 from dataclasses import dataclass, replace
 import math
 
+from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.rotation.tuning import TUNING
 
 
@@ -62,14 +63,15 @@ class FocusOfExpansion:
 class Mounting:
     """The direction of travel, relative to the camera, of a vehicle that drives straight ahead."""
 
-    def __init__(self) -> None:
-        """Start with a camera that points straight ahead."""
+    def __init__(self, horizon: Horizon | None = None) -> None:
+        """Start with a camera that points straight ahead, with the tilt ``horizon``."""
+        horizon = horizon or Horizon()
         self.angle = 0.0
         """Azimuth in radians, positive to the right, ..."""
         self._variance = TUNING.mounting_deviation ** 2
-        self.slope = 0.0
+        self.slope = -math.tan(horizon.pitch)
         """...and slope, positive down: that of the horizon in the image."""
-        self._slope_variance = TUNING.mounting_pitch ** 2
+        self._slope_variance = horizon.pitch_deviation ** 2
 
     @property
     def deviation(self) -> float:
@@ -83,7 +85,7 @@ class Mounting:
 
         A camera that is tilted up or down measures only this share of a turn as yaw.
         """
-        return math.cos(math.atan2(self.slope, math.cos(self.angle)))
+        return math.cos(math.atan(self.slope))
 
     def without_azimuth(self) -> 'Mounting':
         """Return a mounting of which nothing is known but the slope."""

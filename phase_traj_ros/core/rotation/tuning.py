@@ -112,10 +112,8 @@ class YawTuning:
     """...and the standard deviation of the slope."""
     mounting_deviation: float = math.radians(3.0)
     """Standard deviation of the azimuth at which cameras are mounted..."""
-    mounting_pitch: float = math.radians(8.0)
-    """...and of their pitch, as most are mounted nearly level, ..."""
     mounting_drift: float = math.radians(0.3)
-    """...and of the change of both..."""
+    """...and of the change of it and of their pitch..."""
     mounting_drift_s: float = 600.0
     """...within this time, as that of the pitch."""
     sideslip_s: float = 0.4

@@ -13,7 +13,7 @@ from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.patch_matcher import PatchMatcher
 from phase_traj_ros.core.road.travel import TravelState
 import pytest
-from road_scene import drive, LEVEL, motion, NOISE, PINHOLE, Road
+from road_scene import drive, LEVEL, motion, NOISE, PINHOLE, Road, SURE
 
 
 @pytest.mark.parametrize('step', [0.2, 0.7])
@@ -153,7 +153,7 @@ def test_a_part_of_the_road_that_stands_is_a_rival_of_the_rest():
     frames = [road.seen(0.3 * index) for index in range(20)]
     told = []
     for share in (0.0, 0.75):
-        meter = RoadMeter(PINHOLE, Horizon(0.0), pitch_known=True)
+        meter = RoadMeter(PINHOLE, SURE)
         meter.start(frames[0])
         last = round(640 * share)
         travels = []
@@ -167,7 +167,7 @@ def test_a_part_of_the_road_that_stands_is_a_rival_of_the_rest():
 
 def test_a_picture_that_freezes_for_a_moment_does_not_stop_a_fast_vehicle():
     """The blocks of a single pair may show no motion, as may its road; tyres do not brake so."""
-    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)
     meter.start(road.seen(0.0))
     for index in range(1, 10):
         meter.update(road.seen(0.5 * index), 0.04, motion())
@@ -183,7 +183,7 @@ def test_a_picture_that_freezes_for_a_moment_does_not_stop_a_fast_vehicle():
 
 def test_what_shows_beside_a_copy_is_not_the_road():
     """Most is copied from the frame before, and the rest has moved by less than lobes reach."""
-    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)
     meter.start(road.seen(0.0))
     for place in 7.0 * np.arange(1, 8):
         new, copied = road.seen(place), road.seen(place)
@@ -194,7 +194,7 @@ def test_what_shows_beside_a_copy_is_not_the_road():
 
 
 def test_reverse_is_told_beside_a_copy():
-    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)
     meter.start(road.seen(20.0))
     copied = road.seen(20.0)
     copied[:, 250:390] = road.seen(19.64)[:, 250:390]
@@ -207,7 +207,7 @@ def test_a_reflection_far_stronger_than_the_road_is_learned_and_taken_out():
     """The horizon hardly moves, as on a motorway; that the road slides tells that it drives."""
     missed = 0
     for seed in (2, 3, 4):
-        road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+        road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)
         rng = np.random.default_rng(seed)
         shine = cv2.GaussianBlur(rng.normal(size=PINHOLE.shape).astype(np.float32), (0, 0), 2.0)
         shine = np.float32(25) * shine / shine.std()
@@ -227,7 +227,7 @@ def test_a_reflection_far_stronger_than_the_road_is_learned_and_taken_out():
 
 def test_a_patch_that_shows_what_is_fixed_leaves_the_way_to_the_other():
     """A bonnet covers the near road; that the far road slides tells that the vehicle drives."""
-    road, meter, ways = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True), []
+    road, meter, ways = Road(PINHOLE), RoadMeter(PINHOLE, SURE), []
     for index in range(6):
         frame = road.seen(0.5 * index)
         frame[195:] = NOISE[:45, :640]

@@ -12,7 +12,7 @@ from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.patch_correlator import PatchCorrelator
 from phase_traj_ros.core.road.travel import TravelState
 import pytest
-from road_scene import drive, FISHEYE, LEVEL, motion, PINHOLE, Road
+from road_scene import drive, FISHEYE, LEVEL, motion, PINHOLE, Road, SURE
 
 
 @pytest.mark.parametrize('camera', [PINHOLE, FISHEYE])
@@ -26,10 +26,10 @@ def test_the_way_is_that_of_the_road(camera, step):
         assert abs(travel.distance - step) < 3.0 * math.sqrt(travel.variance)
 
 
-def test_a_pitch_that_is_given_wrong_is_believed_but_for_what_the_springs_may_do():
+def test_a_sure_and_wrong_prior_is_believed_but_for_what_the_springs_may_do():
     right, little, much = (
         np.mean([travel.distance for travel in drive(
-            PINHOLE, 0.5, pitch=0.02, told=told, pitch_known=True, frames=8)])
+            PINHOLE, 0.5, pitch=0.02, told=told, frames=8)])
         for told in (0.02, 0.03, 0.08))
     assert right == pytest.approx(0.5, rel=0.015)
     assert little == pytest.approx(0.5, rel=0.03)
@@ -70,7 +70,7 @@ def test_it_stands_where_the_road_does_and_goes_exactly_nowhere():
 @pytest.mark.parametrize('speed', [0.15, 0.85, 2.0])
 def test_the_way_of_a_slow_vehicle_does_not_depend_on_the_frame_rate(speed, rate):
     road, seconds = Road(PINHOLE), 1.5
-    meter = RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    meter = RoadMeter(PINHOLE, SURE)
     meter.start(road.seen(0.0))
     travels = []
     for index in range(1, round(seconds * rate) + 1):
@@ -87,7 +87,7 @@ def test_the_way_of_a_slow_vehicle_does_not_depend_on_the_frame_rate(speed, rate
 
 def test_a_vehicle_that_creeps_off_loses_nothing_of_its_way():
     road = Road(PINHOLE)
-    meter = RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    meter = RoadMeter(PINHOLE, SURE)
     meter.start(road.seen(0.0))
     places = [*[0.0] * 30, *np.arange(1, 40) * 0.004]
     travels = [
@@ -96,7 +96,7 @@ def test_a_vehicle_that_creeps_off_loses_nothing_of_its_way():
 
 
 def test_reverse_is_told():
-    travels = drive(PINHOLE, -0.15, told=0.0, pitch_known=True)
+    travels = drive(PINHOLE, -0.15, told=0.0)
     assert sum(travel.distance for travel in travels) == pytest.approx(-0.15 * 11, rel=0.05)
 
 
@@ -143,7 +143,7 @@ def test_a_short_gap_is_bridged_and_a_long_one_is_not_made_up():
 
 @pytest.mark.parametrize('step', [0.1, 0.5])
 def test_a_pair_without_a_motion_is_not_counted_twice(step):
-    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)
     meter.start(road.seen(0.0))
     travels = [
         meter.update(road.seen(step * index), 0.1, None if index % 4 == 0 else motion())
@@ -167,7 +167,7 @@ def test_upside_down_is_all_the_same():
 
 def test_a_curve_of_the_road_is_forgotten_at_a_reset():
     road = Road(PINHOLE)
-    fresh, used = (RoadMeter(PINHOLE, Horizon(), pitch_known=True) for _ in range(2))
+    fresh, used = (RoadMeter(PINHOLE, SURE) for _ in range(2))
     # The blocks measure a pitch that goes on, so it is attributed to the road.
     used.start(road.seen(0.0))
     for index in range(1, 20):
@@ -183,7 +183,7 @@ def test_a_curve_of_the_road_is_forgotten_at_a_reset():
 @pytest.mark.parametrize('pitch', [-0.004, 0.004])
 def test_a_pitch_that_goes_on_for_seconds_is_that_of_the_road(pitch):
     """At first, the springs may have given way."""
-    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)
     meter.start(road.seen(0.0))
     ways = [meter.update(road.seen(0.5 * index), 0.5, motion(pitch=pitch)).distance
             for index in range(1, 16)]
@@ -194,7 +194,7 @@ def test_a_pitch_that_goes_on_for_seconds_is_that_of_the_road(pitch):
 def test_the_road_passes_no_slower_than_what_is_nearest_does():
     """Blocks that pass by a tenth of their distance are not next to a wheel."""
     road = Road(PINHOLE)
-    meter = RoadMeter(PINHOLE, Horizon(0.0), pitch_known=True)
+    meter = RoadMeter(PINHOLE, SURE)
     meter.start(road.seen(0.0))
     travel = meter.update(road.seen(0.1), 0.1, motion(passing=0.1))
     assert travel.state is not TravelState.MEASURED
@@ -202,7 +202,7 @@ def test_the_road_passes_no_slower_than_what_is_nearest_does():
 
 def test_a_road_that_slides_faster_than_tyres_allow_is_found_at_once():
     """As after a frozen picture: the speed before it does not hold."""
-    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)
     meter.start(road.seen(0.0))
     for _ in range(8):
         stands = meter.update(road.seen(0.0), 0.1, motion(passing=0.0))
@@ -216,7 +216,7 @@ def test_a_road_that_slides_faster_than_tyres_allow_is_found_at_once():
 @pytest.mark.parametrize('rate', [30.0, 120.0])
 def test_a_slow_vehicle_that_speeds_up_is_followed(rate):
     """What is near shows that it moves before the road has slid by a cell."""
-    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)
     times = np.arange(0.0, 2.0, 1.0 / rate)
     ways = 0.3 * times + 0.15 * times ** 2
     meter.start(road.seen(0.0))
@@ -231,7 +231,7 @@ def test_a_slow_vehicle_that_speeds_up_is_followed(rate):
 def test_a_road_that_no_pair_shows_surely_is_measured_by_half_a_second():
     """An encoder copies it from the frame before, but for a strip with much noise."""
     road, rng = Road(PINHOLE), np.random.default_rng(0)
-    meter = RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    meter = RoadMeter(PINHOLE, SURE)
     shown, travels = road.seen(0.0), []
     meter.start(shown)
     for index in range(1, 60):

@@ -13,7 +13,7 @@ from phase_traj_ros.core.road.travel import TravelState
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 import pytest
-from road_scene import drive, LEVEL, motion, PINHOLE, Road
+from road_scene import drive, LEVEL, motion, PINHOLE, Road, SURE
 
 
 def test_two_patches_cover_a_near_and_a_far_stretch():
@@ -66,7 +66,7 @@ def test_the_share_of_a_patch_is_what_is_seen_of_it():
 
 def test_a_camera_that_sees_no_road_has_none():
     assert stretches(CameraModel.pinhole((60, 640), 1500.0), LEVEL) == ()
-    travels = drive(PINHOLE, 0.5, told=-0.5, pitch_known=True)
+    travels = drive(PINHOLE, 0.5, told=-0.5)
     assert {travel.state for travel in travels} == {TravelState.UNKNOWN}
 
 
@@ -102,7 +102,7 @@ def test_an_error_of_the_pitch_counts_by_twice_the_distance_of_the_road():
 def test_two_patches_that_disagree_are_not_averaged():
     """As with something else on the far road: the better one counts alone."""
     for split in (190, 200):
-        road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+        road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)
         for index in range(12):
             frame = road.seen(0.5 * index)
             frame[:split] = road.seen(40.0 + 0.25 * index)[:split]

@@ -45,10 +45,10 @@ def test_it_follows_the_springs_and_keeps_the_mounting():
     assert braking.mounting == pytest.approx(0.01, abs=0.004)
 
 
-def test_a_pitch_that_was_given_stays():
-    tilt = driven(RoadTilt(Horizon(0.05), fixed=True), [0.01] * 200)
-    assert tilt.mounting == 0.05
-    assert tilt.common_deviation == 0.0
+@pytest.mark.parametrize('given_deg', [0.0, 4.0, -4.0])
+def test_a_pitch_that_was_given_wrong_is_mended(given_deg):
+    tilt = driven(RoadTilt(Horizon().with_given(pitch_deg=given_deg)), [0.01] * 200)
+    assert tilt.mounting == pytest.approx(0.01, abs=0.003)
 
 
 def test_one_wild_value_hardly_counts():
