@@ -117,6 +117,17 @@ def test_a_lens_that_replaces_a_guess_corrects_what_was_measured_with_it():
     assert [math.radians(turn.angle_deg) for turn in compass.finish()] == pytest.approx([angle])
 
 
+def test_a_lens_that_replaces_a_given_one_leaves_what_was_measured_with_it():
+    given = Lens(focal_px=120.0)
+    compass = VisualCompass(YawCamera(given, learning=SelfCalibration(given)))
+    compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.start(0)
+    for pair in range(1, 41):
+        compass.add(YawMeasurement(Shift(0.0, 0.0, 1.0), 0.05, True, 1.0), pair * TENTH, 0.1)
+    compass.use_lens(Lens(focal_px=240.0))
+    assert compass.tracker.heading == pytest.approx(2.0)
+
+
 def test_a_learned_camera_is_taken_even_if_it_is_what_was_guessed():
     _, frames = turning('barrel')
     guess = Lens(hfov_deg=75.0, assumed=True)

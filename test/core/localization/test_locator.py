@@ -14,6 +14,7 @@ from phase_traj_ros.core import (
     RoadMap,
     ScaleRange,
 )
+from phase_traj_ros.core.localization.filter.resampling import merged
 import pytest
 from streets import drive, errors, follow, located, steps_of, Town
 
@@ -252,6 +253,21 @@ def test_a_short_gap_keeps_the_place(town, poses):
     after = [locator.update(step) for step in steps[1003:]]
     assert before.claimed and after[-1].claimed
     assert errors(after, poses[1003:])[-1] < 10.0
+
+
+def test_a_long_gap_spreads_no_more_hypotheses_than_there_may_be(town, poses, monkeypatch):
+    made, most = [], 3000
+
+    def merge(found, *rest):
+        made.append(len(found))
+        return merged(found, *rest)
+
+    locator = MapLocator(town.roads, settings=LocatorSettings(most_hypotheses=most))
+    for step in steps_of(poses, seed=1)[:300]:
+        locator.update(step)
+    monkeypatch.setattr('phase_traj_ros.core.localization.locator.merged', merge)
+    locator.interrupt(10_000.0, turn=math.pi)
+    assert 0.5 * most < made[0] <= most
 
 
 @pytest.mark.parametrize('wrong', [(-1.0, 0.0), (math.inf, 0.0), (1.0, -1.0)])

@@ -79,6 +79,8 @@ class Seeding:
 
         """
         roads, settings, found = self._roads, self._settings, []
+        # After a long gap, each of the others may be anywhere on the map.
+        most = max(settings.most_hypotheses // len(hypotheses), 1)
         for number, position in enumerate(hypotheses.displaced(since)):
             near = np.flatnonzero(roads.distances_to(position.real, position.imag) <= radius)
             deviation = math.hypot(turn, math.sqrt(hypotheses.rotation_variance[number]))
@@ -87,6 +89,8 @@ class Seeding:
                 off = roads.direction[near] - reckoning.heading - hypotheses.rotation[number]
                 near = near[np.abs(np.angle(np.exp(1j * off))) <= (
                     2 * settings.mode_heading + 2 * deviation)]
+            if len(near) > most:
+                near = np.sort(self._rng.choice(near, most, replace=False))
             new = self._on(near, reckoning, float(hypotheses.log_weight[number]))
             if known:
                 new.rotation[:] = hypotheses.rotation[number] + deviation * (
