@@ -9,21 +9,31 @@ For example::
 """
 
 from launch import LaunchDescription
-from launch.actions import IncludeLaunchDescription
+from launch.actions import IncludeLaunchDescription, OpaqueFunction
 from launch.substitutions import PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
+from phase_traj_ros.parameters import NODE_NAME
 
 
 def generate_launch_description():
-    """Return the node, unconfigured, and the manager that configures and activates it."""
+    """Return the manager, and the node that it configures and activates."""
     launch_file = PathJoinSubstitution(
         [FindPackageShare('phase_traj_ros'), 'launch', 'phase_traj.launch.py'])
     return LaunchDescription([
         # First, so that nothing is started where nav2 is not installed.
-        Node(
-            package='nav2_lifecycle_manager', executable='lifecycle_manager',
-            name='lifecycle_manager_phase_traj', output='screen',
-            parameters=[{'node_names': ['phase_traj'], 'autostart': True}]),
+        OpaqueFunction(function=manager),
         # The other arguments of phase_traj.launch.py are also those of this file.
-        IncludeLaunchDescription(launch_file, launch_arguments={'lifecycle': 'true'}.items())])
+        IncludeLaunchDescription(launch_file, launch_arguments={
+            'lifecycle': 'true', 'autostart': 'false'}.items())])
+
+
+def manager(context):
+    """Return the manager, in the namespace of the node."""
+    given = context.launch_configurations
+    return [Node(
+        package='nav2_lifecycle_manager', executable='lifecycle_manager',
+        name='lifecycle_manager_phase_traj', namespace=given.get('namespace', ''),
+        output='screen', parameters=[{
+            'node_names': [given.get('name') or NODE_NAME], 'autostart': True,
+            'use_sim_time': given.get('use_sim_time', '').lower() in ('true', '1')}])]

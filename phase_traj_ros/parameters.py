@@ -3,8 +3,8 @@
 """
 The parameters, declared once for the node, the command line and the docs.
 
-This module does not use rclpy. ``phase_traj_ros.ros.declare`` declares the table on a node, and
-``phase_traj_ros.io.params_file`` reads the values from a ROS parameter file.
+This module does not use rclpy. ``phase_traj_ros.ros.nodes.live_parameters`` declares the table on
+a node, and ``phase_traj_ros.io.params_file`` reads the values from a ROS parameter file.
 """
 
 from collections.abc import Mapping
@@ -92,8 +92,8 @@ class Parameters:
         ' positive to the right. Used with focal_px or hfov_deg. 0: learned from the turns with'
         ' auto.', minimum=-0.5, maximum=0.5, read_only=True)
     camera_pitch_deg: float = parameter(
-        0.0, 'Pitch of the camera, positive down. 0 if unknown. The drive improves it.', unit='deg',
-        minimum=-60.0, maximum=60.0, read_only=True)
+        0.0, 'Pitch of the camera, positive down. 0 if unknown. The drive improves it.',
+        unit='deg', minimum=-60.0, maximum=60.0, read_only=True)
     camera_roll_deg: float = parameter(
         0.0, 'Roll of the camera, positive right side down. Used with a focal length or a'
         ' calibration.', unit='deg', minimum=-60.0, maximum=60.0, read_only=True)
@@ -127,7 +127,7 @@ class Parameters:
     frame_id: str = parameter(
         '', 'Frame of the published pose, path and odometry. Empty: odom for what is in metres'
         ' (see camera_height and speed), phase_traj for what has no metric scale.',
-        group=Group.VEHICLE)
+        read_only=True, group=Group.VEHICLE)
     path_from: str = parameter(
         PathSource.AUTO.value, 'What the path is drawn from: the direction codes, as in the paper'
         ' (codes), or the measured heading (heading; requires a focal length). auto is heading'
@@ -148,7 +148,8 @@ class Parameters:
         False, 'Whether the transform from frame_id to child_frame_id is published on /tf (needs'
         ' tf2_msgs).', read_only=True, group=Group.VEHICLE)
     child_frame_id: str = parameter(
-        'base_link', 'Frame of the vehicle, for publish_tf and the odometry.', group=Group.VEHICLE)
+        'base_link', 'Frame of the vehicle, for publish_tf and the odometry.', read_only=True,
+        group=Group.VEHICLE)
     map_file: str = parameter(
         '', 'Road map on which the vehicle is located: an extract of OpenStreetMap (.osm.pbf,'
         ' .osm, .osm.gz or .osm.bz2). Empty: the vehicle is not located.', read_only=True,
@@ -251,14 +252,11 @@ class Parameters:
         if unused and not self.map_file:
             found.append(f'no effect without map_file: {", ".join(unused)}')
         if not settings.metric:
-            if self.publish_tf:
-                found.append(
-                    'publish_tf is set, but no metres are known: the transform is in steps or'
-                    f' heights of the camera; {_GIVE_METRES}')
-            if self.publish_map_tf and self.map_file:
-                found.append(
-                    'publish_map_tf is set, but no metres are known: nothing is published;'
-                    f' {_GIVE_METRES}')
+            found += [
+                f'{name} is set, but no metres are known: nothing is published; {_GIVE_METRES}'
+                for name, wanted in (
+                    ('publish_tf', self.publish_tf),
+                    ('publish_map_tf', self.publish_map_tf and self.map_file)) if wanted]
             if self.frame_id == _ODOM:
                 found.append(f"frame_id is 'odom', but no metres are known: {_GIVE_METRES}")
         return tuple(found)

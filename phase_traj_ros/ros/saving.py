@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes each drive to disk: pair by pair, on request, and before its codes are lost."""
+"""Writes each drive to disk: at its end, on request, and before its codes are lost."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor

@@ -260,10 +260,13 @@ def test_without_nav2_nothing_is_left_behind():
     assert launched.process.wait() == 1
 
 
-def test_the_manager_of_nav2_gets_the_node_unconfigured(tmp_path, monkeypatch):
+@pytest.mark.parametrize(('arguments', 'name'), [
+    ((), '/phase_traj'), (('name:=front', 'namespace:=cameras'), '/cameras/front')])
+def test_the_manager_of_nav2_gets_the_node_unconfigured(tmp_path, monkeypatch, arguments, name):
     provide(monkeypatch, tmp_path / 'nav2', 'nav2_lifecycle_manager', 'lifecycle_manager',
             MANAGER.format(python=sys.executable))
-    launched = Launched('phase_traj_ros', 'nav2_lifecycle.launch.py', 'image:=/camera/image_raw')
-    assert 'unconfigured: ros2 lifecycle set /phase_traj configure' in launched.text
+    launched = Launched(
+        'phase_traj_ros', 'nav2_lifecycle.launch.py', 'image:=/camera/image_raw', *arguments)
+    assert f'unconfigured: ros2 lifecycle set {name} configure' in launched.text
     assert 'listening to /camera/image_raw,' in launched.text
     assert launched.ends() == 0

@@ -151,15 +151,6 @@ def test_the_chain_code_is_there_before_the_first_image(started):
     assert texts[0].data.startswith('frames 0;')
 
 
-def test_a_frame_is_refused_at_run_time(started):
-    for name, value in (
-            ('child_frame_id', ''), ('frame_id', '/map'), ('child_frame_id', 'odom')):
-        result = started.set_parameter(name, value)
-        assert not result.successful
-        assert 'frame_id' in result.reason
-    assert started.set_parameter('frame_id', 'odom').successful
-
-
 def test_where_any_number_goes_no_slider_is_offered(started):
     described = {each.name: each for each in started.describe_parameters()}
     for name, numbers in (('threshold', 'of 0 or more'),):

@@ -200,13 +200,14 @@ class _Stretch:
         if wanted > TUNING.points // 10:
             found = cv2.goodFeaturesToTrack(
                 self._picture, wanted, TUNING.corner_quality, self._apart, mask=free)
-            new = np.zeros((0, 2), np.float32)
+            new: Places = np.zeros((0, 2), np.float32)
             if found is not None:
                 # The motion that is measured is that of the centre of the gradients. A point
                 # beside it would not move apart from it where the image is stretched.
-                new = cv2.cornerSubPix(
-                    self._picture, found, (TUNING.centre_px,) * 2, (-1, -1), _STOP).reshape(-1, 2)
-            self._points = np.concatenate([self._points, new]).astype(np.float32)
+                centred = cv2.cornerSubPix(
+                    self._picture, found, (TUNING.centre_px,) * 2, (-1, -1), _STOP)
+                new = np.asarray(centred.reshape(-1, 2), np.float32)
+            self._points = np.concatenate([self._points, new])
             self._ids = np.concatenate(
                 [self._ids, np.arange(self._count, self._count + len(new))])
             self._count += len(new)

@@ -49,6 +49,8 @@ class PathTuning:
     metres per second, ..."""
     min_rate_deviation: float = math.radians(0.01)
     """...and of the yaw rate. The picture of a standing vehicle moves by less."""
+    unknown_speed_deviation: float = 1e3
+    """Standard deviation of the speed of 0 that stands for an unknown one: no filter counts it."""
 
     max_speed_age_ns: int = 2_500_000_000
     """Longest time for which a given speed is valid: GPS receivers publish once a second."""

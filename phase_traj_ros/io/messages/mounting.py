@@ -37,20 +37,22 @@ class Mount:
     y: float
     """Metres to the left of it."""
     height: float
-    """Metres above the ground: above ``base_footprint`` if it is known, else above the origin."""
+    """Metres above the ground: the origin of ``ground_frame``."""
     pitch_deg: float
     """Positive down."""
     roll_deg: float
     """Positive right side down; 180 for a camera that is mounted upside down."""
     yaw_deg: float
     """Positive to the left."""
+    ground_frame: str
+    """``base_footprint`` if it is known, else ``base_frame``."""
 
     def __str__(self) -> str:
         """Return a description."""
         return (
-            f'{self.camera_frame} is {self.height:.2f} m high, {self.x:.2f} m ahead and'
-            f' {self.y:.2f} m left of {self.base_frame}, pitch {self.pitch_deg:.1f} deg down, roll'
-            f' {self.roll_deg:.1f} deg, yaw {self.yaw_deg:.1f} deg')
+            f'{self.camera_frame} is {self.height:.2f} m above {self.ground_frame}, {self.x:.2f} m'
+            f' ahead and {self.y:.2f} m left of {self.base_frame}, pitch {self.pitch_deg:.1f} deg'
+            f' down, roll {self.roll_deg:.1f} deg, yaw {self.yaw_deg:.1f} deg')
 
     def fill_in(self, given: Parameters) -> 'Mounting':
         """

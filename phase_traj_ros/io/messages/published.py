@@ -101,10 +101,12 @@ class Messages:
             made['pose_with_covariance'] = lambda: make(
                 'geometry_msgs/msg/PoseWithCovarianceStamped', header=in_metres,
                 pose=self._pose_with_covariance(odometry))
-            # A twist is given in the frame of the vehicle.
-            made['speed'] = lambda: make(
-                'geometry_msgs/msg/TwistWithCovarianceStamped', twist=self._twist(odometry),
-                header=self.header(update.stamp_ns, parameters.child_frame_id))
+            # A filter would take each twist for a new measurement.
+            if not update.foreseen:
+                # A twist is given in the frame of the vehicle.
+                made['speed'] = lambda: make(
+                    'geometry_msgs/msg/TwistWithCovarianceStamped', twist=self._twist(odometry),
+                    header=self.header(update.stamp_ns, parameters.child_frame_id))
         if update.camera is not None:
             made['camera'] = lambda: make('std_msgs/msg/String', data=str(update.camera))
         for topic, message in made.items():

@@ -55,12 +55,14 @@ class StaticFrames:
             return None
         optical = _optical(pose[:3, :3])
         prefix = _bare(base).rpartition('/')[0]
-        ground = self._between(f'{prefix}/{FOOTPRINT}'.lstrip('/'), _bare(camera))
+        footprint = f'{prefix}/{FOOTPRINT}'.lstrip('/')
+        ground = self._between(footprint, _bare(camera))
         return Mount(
             _bare(base), _bare(camera), float(pose[0, 3]), float(pose[1, 3]),
             float((pose if ground is None else ground)[2, 3]),
             pitch_deg=math.degrees(math.asin(float(np.clip(-optical[2, 2], -1.0, 1.0)))),
-            roll_deg=_roll_deg(optical), yaw_deg=_yaw_deg(optical))
+            roll_deg=_roll_deg(optical), yaw_deg=_yaw_deg(optical),
+            ground_frame=_bare(base) if ground is None else footprint)
 
     def _between(self, base: str, camera: str) -> _Pose | None:
         """Return the pose of ``camera`` in ``base``, (4, 4); None if they are not connected."""

@@ -15,6 +15,8 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo
 
 _TOPIC = 'camera_info'
+# What image_proc calls them.
+_RECTIFIED = 'image_rect'
 _THROTTLE_S = 5.0
 
 
@@ -34,9 +36,14 @@ class CameraInput:
         self._rectified = rectified
         self._on_camera = on_camera
         self._camera: CameraModel | None = None
+        images = node.resolve_topic_name(IMAGE_TOPIC)
         topic = node.resolve_topic_name(_TOPIC)
         if topic == node.resolve_topic_name(_TOPIC, only_expand=True):
-            topic = camera_info_topic(node.resolve_topic_name(IMAGE_TOPIC))
+            topic = camera_info_topic(images)
+        if not rectified and images.rpartition('/')[2].startswith(_RECTIFIED):
+            node.get_logger().warning(
+                f'{images} looks like rectified images, of which the calibration would remove the'
+                ' distortion a second time: set rectified, if they are')
         self.topic = str(entities.create_subscription(
             CameraInfo, topic, self._on_message, qos_profile_sensor_data).topic_name)
         """Full name of the topic after remapping."""

@@ -23,12 +23,12 @@ class MountInput:
     """
 
     def __init__(
-        self, entities: Entities, base_frame: Callable[[], str], on_mount: Callable[[], bool],
+        self, entities: Entities, base_frame: str, on_mount: Callable[[], bool],
     ) -> None:
         """
         Subscribe; call ``on_mount`` after each look at a known mount.
 
-        It returns whether the node starts anew. ``base_frame`` returns the frame of the vehicle.
+        It returns whether the node starts anew. ``base_frame`` is the frame of the vehicle.
         """
         self._base_frame = base_frame
         self.newest: Mount | None = None
@@ -58,5 +58,5 @@ class MountInput:
         """Look up the mount; return whether the node starts anew."""
         self.newest = None
         if self._camera:
-            self.newest = self._frames.mount(self._base_frame(), self._camera)
+            self.newest = self._frames.mount(self._base_frame, self._camera)
         return self.newest is not None and self._on_mount()

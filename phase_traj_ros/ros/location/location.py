@@ -66,8 +66,7 @@ class Location:
                 f"parameter 'map_file' is {values.map_file!r}: it needs the measured heading and"
                 ' distance, so leave code_source auto, without a threshold')
         self._node = node
-        self.values = values
-        """Values of the parameters; the frame of the vehicle may change while the node runs."""
+        self._values = values
         self._motions = Motions()
         self._estimate, self._estimate_ns = UNKNOWN, 0
         self._stamp_ns: int | None = None
@@ -84,7 +83,6 @@ class Location:
         self._transform = (
             MapTransform(node, entities, values.odom_frame)
             if values.publish_map_tf and values.settings.metric else None)
-        entities.create_timer(_CANDIDATES_S, self._publish_candidates)
         # Last: nobody would stop its thread if any of the above failed.
         self._worker = LocatorWorker(MapLocator(
             self._roads.road_map, scale=IN_METRES if values.settings.metric else IN_HEIGHTS))
@@ -94,7 +92,8 @@ class Location:
             f' {origin.latitude:.6f},{origin.longitude:.6f}')
 
     def listen(self, entities: Entities) -> str:
-        """Subscribe to the topic ``fix``; return its full name."""
+        """Subscribe to the topic ``fix``, and publish candidates; return its full name."""
+        entities.create_timer(_CANDIDATES_S, self._publish_candidates)
         entities.create_subscription(NavSatFix, 'fix', self._on_fix, _FIXES)
         return str(self._node.resolve_topic_name('fix'))
 
@@ -113,21 +112,6 @@ class Location:
         self._stamp_ns = None
         self._worker.add(Moved(stamp_ns, (ANYWHERE,)))
 
-    def check(self, values: Parameters) -> None:
-        """
-        Check that the location can continue with changed values of the parameters.
-
-        Raises
-        ------
-        ParameterError
-            The frame of the odometry changes while its parent is published.
-
-        """
-        if self._transform is not None and values.odom_frame != self.values.odom_frame:
-            raise ParameterError(
-                'frame_id cannot change while publish_map_tf publishes its parent: set it at the'
-                ' start')
-
     def close(self) -> None:
         """Stop the thread of the locator."""
         self._worker.close()
@@ -136,7 +120,7 @@ class Location:
         """Return the status for /diagnostics."""
         estimate, worker = self._estimate, self._worker
         values = {
-            'map': self.values.map_file,
+            'map': self._values.map_file,
             'probability': f'{estimate.probability:.3f}',
             'waiting': str(worker.waiting), 'left out': str(worker.left_out),
             'fixes used': str(worker.fixes_used), 'fixes refused': str(worker.fixes_refused)}
@@ -178,7 +162,7 @@ class Location:
             self._publish(moved, estimate)
 
     def _publish(self, moved: Moved, estimate: LocationEstimate) -> None:
-        values = self.values
+        values = self._values
         self._fix.publish(fix_message(
             estimate, moved.stamp_ns, values.child_frame_id, self._roads.projection))
         if not estimate.claimed:

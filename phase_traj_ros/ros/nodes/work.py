@@ -127,7 +127,7 @@ class Work:
             if values.use_speed_topic:
                 self._speed = SpeedInput(node, listening, self._estimator.add_speed)
             self._mount_input = MountInput(
-                listening, lambda: self.mounting.given.child_frame_id, self._on_mount)
+                listening, values.child_frame_id, self._on_mount)
             images = ImageInput(
                 node, listening, values, self._health, on_frame=self._on_frame,
                 on_undecodable=self._stream.skip)
@@ -174,8 +174,6 @@ class Work:
             A value cannot change while the estimator runs, or would restart the codes.
 
         """
-        if self._location is not None:
-            self._location.check(values)
         settings = self.mounting.with_given(values).parameters.settings
         used = self._estimator.settings
         self._estimator.check(settings)
@@ -190,8 +188,6 @@ class Work:
         self.mounting = self.mounting.with_given(values)
         values = self.mounting.parameters
         self._outputs.parameters = values
-        if self._location is not None:
-            self._location.values = values
         coded_from = self._estimator.settings.code_source
         self._warnings.threshold_changed()
         self._estimator.reconfigure(values.settings)

@@ -47,9 +47,9 @@ class Outputs:
         self._of_all = {topic: _publisher(node, topic) for topic in whole_topics(parameters)}
         self._debug_image = node.create_publisher(
             TYPES[DEBUG_IMAGE.type], f'~/{DEBUG_IMAGE.name}', qos_profile_sensor_data)
-        self._transform = TransformOutput(node) if parameters.publish_tf else None
-        # Two poses in one frame would contradict each other: the transform uses the metric one.
-        self._placed_by = ODOMETRY.name if parameters.settings.metric else 'pose'
+        # REP 105 needs metres.
+        has_transform = parameters.publish_tf and parameters.settings.metric
+        self._transform = TransformOutput(node) if has_transform else None
         self._schedule = Schedule(parameters)
         self._timer = node.create_timer(_FLUSH_S, self._publish_due)
 
@@ -58,10 +58,9 @@ class Outputs:
         for topic, message in MESSAGES.of_pair(
                 update, self.parameters, camera_frame=frame.frame_id, wanted=self._is_wanted):
             self._per_pair[topic].publish(message)
-            if self._transform is not None and topic == self._placed_by:
-                stamped = message.pose if topic == ODOMETRY.name else message
+            if self._transform is not None and topic == ODOMETRY.name:
                 self._transform.publish(
-                    message.header, stamped.pose, self.parameters.child_frame_id)
+                    message.header, message.pose.pose, self.parameters.child_frame_id)
         if self._debug_image.get_subscription_count():
             self._debug_image.publish(MESSAGES.image(
                 draw(frame, update, self._estimator),
@@ -71,7 +70,7 @@ class Outputs:
 
     def _is_wanted(self, topic: str) -> bool:
         """Return whether the message of a topic is needed for this pair."""
-        if self._transform is not None and topic == self._placed_by:
+        if self._transform is not None and topic == ODOMETRY.name:
             return True
         return topic in self._latched or bool(self._per_pair[topic].get_subscription_count())
 

@@ -39,7 +39,9 @@ def test_a_few_rows_of_the_image_are_not_a_patch(focal, patches):
 @pytest.mark.parametrize('focal', [250.0, 600.0])
 def test_a_patch_is_as_blurred_as_the_rows_in_its_middle_are_apart(focal):
     camera = CameraModel.pinhole((480, 640), focal)
-    for stretch in stretches(camera, LEVEL):
+    both = stretches(camera, LEVEL)
+    assert len(both) == 2
+    for stretch in both:
         middle = sum(stretch) / 2
         # Interpolation between two rows is a triangle with the variance 1/6, in both pictures.
         blur = math.sqrt(2 / 6) * middle ** 2 / focal

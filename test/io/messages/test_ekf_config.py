@@ -53,7 +53,7 @@ def test_its_topic_is_one_that_the_node_publishes(values):
 
 def test_the_frames_go_together(values):
     assert values['base_link_frame'] == Parameters().child_frame_id
-    assert values['world_frame'] == values['odom_frame'] != Parameters().frame_id
+    assert values['world_frame'] == values['odom_frame'] == Parameters().odom_frame
     # The filter places the vehicle, and a frame has one parent.
     assert values['publish_tf'] and not Parameters().publish_tf
 

@@ -39,7 +39,7 @@ def test_a_bag_tells_the_place_of_its_camera(tmp_path, maker, drive_frame):
         maker.transforms(('base_link', 'mast', (1.0, 0.0, 1.0), AHEAD)))
     assert found.parameters.camera_height == pytest.approx(1.65)
     assert found.parameters.camera_pitch_deg == pytest.approx(10.0, abs=1e-4)
-    assert 'camera is 1.65 m high' in str(found)
+    assert 'camera is 1.65 m above' in str(found)
     assert found.doubts == ()
     # Parameters win.
     assert given.parameters.camera_height == 2.0

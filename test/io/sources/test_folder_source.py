@@ -70,9 +70,11 @@ def test_16_bits_are_kept(tmp_path):
     cv2.imwrite(str(tmp_path / '0.png'), image)
     cv2.imwrite(str(tmp_path / '1.tif'), image)
     with open_source(tmp_path) as source:
-        for frame in source:
-            np.testing.assert_array_equal(frame.image, image)
-            assert frame.image.dtype == np.uint16
+        frames = list(source)
+    assert len(frames) == 2
+    for frame in frames:
+        np.testing.assert_array_equal(frame.image, image)
+        assert frame.image.dtype == np.uint16
 
 
 def test_colour_becomes_grey(tmp_path, picture):

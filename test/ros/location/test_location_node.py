@@ -221,15 +221,6 @@ def test_between_two_drives_a_fix_of_any_time_is_no_error(made, monkeypatch):
     assert said == []
 
 
-def test_a_frame_whose_parent_is_published_stays(made, monkeypatch):
-    location, _, _ = made()
-    location.check(Parameters(frame_id='odom2'))
-    monkeypatch.setattr(location, '_transform', SimpleNamespace())
-    location.check(Parameters(child_frame_id='body', publish_map_tf=True))
-    with pytest.raises(ParameterError, match='frame_id cannot change while'):
-        location.check(Parameters(frame_id='odom2', publish_map_tf=True))
-
-
 def test_the_height_for_the_transform_may_come_later(made):
     """It comes from /tf_static; the node then makes the location anew."""
     location, sent, _ = made(camera_height=0.0, publish_map_tf=True)
