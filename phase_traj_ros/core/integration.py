@@ -174,7 +174,7 @@ class Integration:
             newest, pair=self.frames - 2, stamp_ns=stamp_ns, interval_ns=waited_ns,
             shift=ahead.shift, step=step, status=status.coded(step), tip=self._tip,
             heading=ahead.step, turns=(), camera=self._camera_change(), cut=False,
-            odometry=odometry, travel=travel, links=(), foreseen=True)
+            odometry=odometry, travel=travel, links=())
         return self._foreseen.after(before)
 
     def repeat(self, stamp_ns: int, interval_ns: int) -> Update:

@@ -54,8 +54,6 @@ class Update:
     """Mean speed since the frame with which it was compared, per second; None if unknown."""
     speed_variance: float | None = None
     """Its variance; None if the speed is unknown."""
-    foreseen: bool = False
-    """Whether the frame was not measured: the motion of the newest measured pair continues."""
 
     def after(self, before: 'Update | None') -> 'Update':
         """

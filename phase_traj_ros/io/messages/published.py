@@ -101,8 +101,8 @@ class Messages:
             made['pose_with_covariance'] = lambda: make(
                 'geometry_msgs/msg/PoseWithCovarianceStamped', header=in_metres,
                 pose=self._pose_with_covariance(odometry))
-            # A filter would take each twist for a new measurement.
-            if not update.foreseen:
+            # A filter takes each twist for a new measurement.
+            if heading is not None and heading.foreseen == 0.0:
                 # A twist is given in the frame of the vehicle.
                 made['speed'] = lambda: make(
                     'geometry_msgs/msg/TwistWithCovarianceStamped', twist=self._twist(odometry),

@@ -49,6 +49,14 @@ def test_nothing_that_is_measured_is_exact():
     assert 0.002 < math.degrees(math.sqrt(found.yaw_rate_variance)) < 0.05
 
 
+def test_a_speed_that_is_unknown_counts_in_no_filter():
+    odometer = Odometer(HeadingPath())
+    odometer.update(step(0.0, 0.0), gone(1.0), TENTH, 0.1)
+    lost = Travel(0.0, 1.5 ** 2, TravelState.UNKNOWN)
+    found = odometer.update(step(0.0, 0.0), lost, 2 * TENTH, 0.1)
+    assert (found.speed, found.speed_variance) == (0.0, 1e6)
+
+
 def test_a_vehicle_that_stands_does_not_turn():
     driving, standing = Odometer(HeadingPath()), Odometer(HeadingPath())
     stood = Travel(0.0, 0.0, TravelState.STANDING)
