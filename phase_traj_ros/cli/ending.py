@@ -17,7 +17,6 @@ from typing import Final, TextIO
 EXIT_BAD_INPUT: Final = 2
 """Exit status after a wrong call, or an input that cannot be used."""
 
-SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 _WORDS = {signal.SIGINT: 'interrupted', signal.SIGTERM: 'terminated', signal.SIGHUP: 'hung up'}
 
@@ -44,7 +43,7 @@ def leave_at_once(number: int, _: FrameType | None) -> None:
 
 def handle_signals(handler: signal.Handlers | Callable[[int, FrameType | None], None]) -> None:
     """Handle the signals that end a program, except those that the caller has it ignore."""
-    for number in SIGNALS:
+    for number in _WORDS:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, handler)
 

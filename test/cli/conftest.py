@@ -4,14 +4,14 @@
 
 import signal
 
-from phase_traj_ros.cli.ending import SIGNALS
+from phase_traj_ros.io.outputs.commit import STOPPING
 import pytest
 
 
 @pytest.fixture
 def handlers():
     """Restore the handlers of the signals, which ignore them once one has ended the program."""
-    before = {number: signal.getsignal(number) for number in SIGNALS}
+    before = {number: signal.getsignal(number) for number in STOPPING}
     yield
     for number, handler in before.items():
         signal.signal(number, handler)

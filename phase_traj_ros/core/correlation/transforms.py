@@ -80,8 +80,7 @@ class ScipyTransform:
             self._real: Any = importlib.import_module('scipy.fftpack')
         except ImportError as error:
             raise MissingDependencyError(
-                'transform is scipy, but scipy is not installed: install'
-                ' python3-scipy (apt) or scipy (pip), or set transform to auto') from error
+                'scipy is not installed: install python3-scipy (apt) or scipy (pip)') from error
 
     def forward(self, picture: NDArray[np.float32], rows: int) -> None:
         """Transform the rows that are not empty, then all columns."""

@@ -124,7 +124,7 @@ class BagSink(Watcher):
         if stamp_ns not in _STAMPS_NS:
             raise OutputError(
                 f'a bag cannot hold the stamp {stamp_ns / 1e9:.9f} s: stamps must be from'
-                ' 0 to 2**31 seconds; leave out bag_out')
+                ' 0 to 2**31 seconds; write no bag')
         for topic, message in self._messages.of_pair(
                 update, self._parameters, camera_frame=frame.frame_id):
             self._write(f'/{NODE_NAME}/{topic}', stamp_ns, message)
@@ -190,7 +190,7 @@ def _types() -> Any:
         from rosbags.typesys import get_typestore, Stores
     except ImportError as error:
         raise rosbags_missing(
-            'writing bags', error, instead=', or leave out bag_out') from None
+            'writing bags', error, instead=', or write no bag') from None
     return get_typestore(Stores.ROS2_JAZZY)
 
 

@@ -195,7 +195,11 @@ class Batch:
 
 def stop_jobs(folder: Path) -> None:
     """Stop all jobs with notes in this folder at their next frame."""
-    shutil.rmtree(folder, ignore_errors=True)
+    # Renamed first: a note that is written while the folder is emptied would keep it.
+    ended = folder.with_name(f'{folder.name}-ended')
+    with suppress(OSError):
+        folder.rename(ended)
+    shutil.rmtree(ended, ignore_errors=True)
 
 
 def _work(run: Run, request: ReplayRequest, note: Note) -> Outcome:

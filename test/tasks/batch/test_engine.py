@@ -150,6 +150,22 @@ def test_a_replay_that_completes_while_the_batch_ends_is_told_as_complete(tmp_pa
     assert files_in(folder) == FILES and batch.rows[0].status is Status.OK
 
 
+def test_no_job_goes_on_by_a_note_that_it_writes_while_the_batch_ends(tmp_path, monkeypatch):
+    folder = tmp_path / 'notes'
+    folder.mkdir()
+    note, removed = Note(folder, 0), []
+    note.begin()
+
+    def remove(place, **_):
+        removed.append(place)
+        with pytest.raises(Stopped):
+            note(1, 10)
+
+    monkeypatch.setattr('shutil.rmtree', remove)
+    stop_jobs(folder)
+    assert removed
+
+
 def test_machines_that_do_not_share_the_folder_are_told(tmp_path, executor):
     batch = Batch(jobs_for(tmp_path, [write_rolled(tmp_path / 'a')]), run=elsewhere)
     batch.run(executor)
