@@ -68,9 +68,9 @@ def learned_lens(
         A frame cannot be used, and ``strict`` is set.
 
     """
-    # The distance is not used to learn the camera, and would double the processing time.
+    # Only the road tells whether the vehicle stands, and traffic that crosses looks like a turn.
     estimator = make_estimator(replace(
-        parameters, path_from='codes', speed=0.0, use_speed_topic=False, camera_height=0.0,
+        parameters, path_from='heading', speed=0.0, use_speed_topic=False, camera_height=0.0,
         code_step=0.0))
     heading = estimator.heading
     if heading is None or not estimator.settings.learns_lens:

@@ -70,7 +70,8 @@ class PyavSource(VideoFile):
             self._origin = first.pts or 0
             self._end = _end(stream)
             return VideoFacts(
-                float(stream.average_rate or 0), stream.frames, (container.duration or 0) / 1e6)
+                float(stream.average_rate or 0), stream.frames, (container.duration or 0) / 1e6,
+                float(stream.sample_aspect_ratio or 1))
 
     def _candidates(self) -> Generator[Candidate, None, None]:
         with self._stream() as (container, stream):
@@ -150,7 +151,7 @@ class PyavSource(VideoFile):
         grey = frame if frame.format.name in _WITH_LUMA else frame.reformat(format='gray')
         plane = grey.planes[0]
         rows = np.frombuffer(plane, np.uint8).reshape(-1, plane.line_size)
-        image = rows[:grey.height, :grey.width]
+        image = self._with_square_pixels(cast('GreyImage', rows[:grey.height, :grey.width]))
         quarters = round(getattr(frame, 'rotation', 0) / 90) % 4
         return cast('GreyImage', np.ascontiguousarray(np.rot90(image, quarters)) if quarters
                     else image)

@@ -19,6 +19,7 @@ from phase_traj_ros.io.sources.base import Candidate, DEFAULT_FPS, FrameSource, 
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 
 _MAX_CONTAINER_FPS = 1000.0
+_MAX_PIXEL_ASPECT = 4.0
 _MAX_FRAME_COUNT = 2 ** 32
 _MAX_POSITION_MS = 1e12
 _SNIFFED_BYTES = 4096
@@ -62,6 +63,8 @@ class VideoFacts:
     fps: float
     frames: int
     seconds: float = 0.0
+    pixel_aspect: float = 1.0
+    """Width of a pixel divided by its height."""
 
 
 class VideoFile(FrameSource):
@@ -70,6 +73,8 @@ class VideoFile(FrameSource):
 
     Raises SourceError if the file is not a video or if none of its frames can be decoded.
     """
+
+    _pixel_aspect = 1.0
 
     def __init__(
         self, path: Path, *, selection: Selection = EVERYTHING, fps: float | None = None,
@@ -81,6 +86,8 @@ class VideoFile(FrameSource):
         # For a stream without a container, the reader may have invented the rate.
         assumed = fps is None and (not usable or RAW_STREAM.match(self._start) is not None)
         self._is_constant = fps is not None
+        if 1 / _MAX_PIXEL_ASPECT < facts.pixel_aspect < _MAX_PIXEL_ASPECT:
+            self._pixel_aspect = facts.pixel_aspect
         self._fps = fps if fps is not None else facts.fps if usable else DEFAULT_FPS
         super().__init__(
             description=f'{path} (video, {self._fps:g} frames per second'
@@ -101,6 +108,15 @@ class VideoFile(FrameSource):
         last = count if selection.end_ns is None else bisect_left(
             range(count), selection.end_ns, key=stamp)
         return len(range(first, last, selection.every)) or None
+
+    def _with_square_pixels(self, image: GreyImage) -> GreyImage:
+        """Return an image, (H, W), as it is to be shown: with other pixels, it has another width."""
+        height, width = image.shape
+        shown = round(width * self._pixel_aspect)
+        if shown == width:
+            return image
+        return cast('GreyImage', cv2.resize(
+            image, (shown, height), interpolation=cv2.INTER_AREA))
 
     def _not_opened(self, reason: str) -> SourceError:
         if self._start[4:8] in _MP4_BOXES:
@@ -131,9 +147,11 @@ class VideoSource(VideoFile):
                 raise SourceError(f'{self._path}: no frame of the video can be decoded')
             self._retrieve(capture, 0)
             count = capture.get(cv2.CAP_PROP_FRAME_COUNT)
+            aspect = capture.get(cv2.CAP_PROP_SAR_NUM), capture.get(cv2.CAP_PROP_SAR_DEN)
             return VideoFacts(
                 capture.get(cv2.CAP_PROP_FPS),
-                int(count) if 0 < count <= _MAX_FRAME_COUNT else 0)
+                int(count) if 0 < count <= _MAX_FRAME_COUNT else 0,
+                pixel_aspect=aspect[0] / aspect[1] if min(aspect) > 0 else 1.0)
 
     def _candidates(self) -> Generator[Candidate, None, None]:
         clock, index = VideoClock(self._fps), 0
@@ -168,7 +186,7 @@ class VideoSource(VideoFile):
             raise self._undecodable(index)
         if image.ndim == 3:
             image = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-        return cast('GreyImage', image)
+        return self._with_square_pixels(cast('GreyImage', image))
 
 
 def start_of(path: Path) -> bytes:

@@ -30,11 +30,13 @@ def textured(picture):
 @pytest.fixture
 def write(tmp_path, textured):
     """Return a writer of videos with a frame at each of the times, in milliseconds."""
-    def written(name, times, *, codec='mpeg4', pix_fmt='yuv420p', **options):
+    def written(name, times, *, codec='mpeg4', pix_fmt='yuv420p', pixels=None, **options):
         path = tmp_path / name
         with av.open(str(path), 'w') as container:
             stream = container.add_stream(codec, rate=10, options={'g': '8', **options})
             stream.width, stream.height, stream.pix_fmt = 160, 96, pix_fmt
+            if pixels is not None:
+                stream.codec_context.sample_aspect_ratio = pixels
             # AVI has a constant rate.
             base = Fraction(1, 10 if name.endswith('.avi') else 1000)
             stream.time_base = stream.codec_context.time_base = base
@@ -163,6 +165,16 @@ def test_rotated_videos_are_upright(write, matrix):
     one, other = next(iter(PyavSource(path))).image, next(iter(VideoSource(path))).image
     assert one.shape == other.shape
     assert np.corrcoef(one.ravel(), other.ravel())[0, 1] > 0.99
+
+
+@pytest.mark.parametrize('reader', [PyavSource, VideoSource])
+@pytest.mark.parametrize(('pixels', 'width'), [
+    (Fraction(4, 3), 213), (Fraction(16, 15), 171), (Fraction(3, 4), 120), (Fraction(1), 160)])
+def test_pixels_that_are_not_square_become_square(write, textured, reader, pixels, width):
+    frame = next(iter(reader(write('a.mp4', evenly(2), pixels=pixels))))
+    assert frame.image.shape == (96, width)
+    shown = cv2.resize(cv2.cvtColor(textured(0), cv2.COLOR_BGR2GRAY), (width, 96))
+    assert np.corrcoef(frame.image.ravel(), shown.ravel())[0, 1] > 0.97
 
 
 def test_a_raw_stream(tmp_path, textured):
