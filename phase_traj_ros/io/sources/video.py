@@ -110,7 +110,7 @@ class VideoFile(FrameSource):
         return len(range(first, last, selection.every)) or None
 
     def _with_square_pixels(self, image: GreyImage) -> GreyImage:
-        """Return an image, (H, W), as it is to be shown: with other pixels, it has another width."""
+        """Return an image, (H, W), as it is shown: pixels that are not square become square."""
         height, width = image.shape
         shown = round(width * self._pixel_aspect)
         if shown == width:
