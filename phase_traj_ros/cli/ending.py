@@ -17,7 +17,6 @@ from typing import Final, TextIO
 EXIT_BAD_INPUT: Final = 2
 """Exit status after a wrong call, or an input that cannot be used."""
 
-
 _WORDS = {signal.SIGINT: 'interrupted', signal.SIGTERM: 'terminated', signal.SIGHUP: 'hung up'}
 
 

@@ -79,12 +79,10 @@ class Odometer:
         ``interval_deviation``.
         """
         speed_variance = max(travel.variance / interval ** 2, TUNING.min_speed_deviation ** 2)
-        if not travel.known:
-            # The speed is reported as 0, which is no measurement.
-            speed_variance = TUNING.unknown_speed_deviation ** 2
         if travel.known:
             self._bound_missed(abs(travel.distance) / interval)
         else:
+            speed_variance = TUNING.unknown_speed_deviation ** 2
             self._missed_s += interval
             self._set_missed(self._missed + math.sqrt(travel.variance))
             travel = replace(travel, distance=0.0, variance=0.0)
