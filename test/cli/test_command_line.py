@@ -214,7 +214,7 @@ def test_play_refuses_invalid_times(refused, folder, option, value):
 
 
 @pytest.mark.parametrize('arguments', [
-    ['locate', '{name}', '--map', 'town.osm'], ['inspect', '{name}', '{name}'],
+    ['locate', '{name}', '--map', 'town.osm'], ['inspect', '{name}'],
     ['replay', '{name}', '{name}', '--output', '{out}'],
     ['replay', '{folder}', '--params', '{name}']])
 def test_a_path_that_cannot_be_examined_is_one_line(refused, folder, tmp_path, arguments):
@@ -320,10 +320,9 @@ def test_the_figure_of_two_frames_does_not_become_a_third(run, folder):
 def test_inspect_says_what_to_give(refused, folder, tmp_path):
     film = tmp_path / 'film.mp4'
     film.write_bytes(b'film')
-    assert 'film.mp4 cannot be used: ' in refused('inspect', film, folder / '1.png')
-    assert 'pictures cannot be read: Is a directory' in refused(
-        'inspect', folder, folder / '1.png')
-    assert 'arguments are required: B: see' in refused('inspect', folder / '1.png')
+    assert 'film.mp4 is not a picture: give two pictures' in refused('inspect', film)
+    assert 'pictures is not a picture' in refused('inspect', folder, folder / '1.png')
+    assert 'the second picture is missing' in refused('inspect', folder / '1.png')
     assert 'map.txt is not the name of a picture: end it in .png' in refused(
         'inspect', folder / '0.png', folder / '1.png', '--output', tmp_path / 'map.txt')
     assert not (tmp_path / 'map.txt').exists()

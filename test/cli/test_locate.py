@@ -186,7 +186,7 @@ def test_without_output_nothing_is_written(made, town, pictures, tmp_path):
 @pytest.mark.parametrize(('options', 'message'), [
     (('--near', '49.0'), 'give LAT,LON,RADIUS, such as 49.01,8.40,2km'),
     (('--near', '8.4,149.0,x'), 'give LAT,LON,RADIUS'),
-    (('--near', '149.0,8.4,2km'), 'no road of'),
+    (('--near', '149.0,8.4,2km'), 'is not on the earth'),
     (('--near', '49.0,8.4,0'), 'the radius'),
     (('--near', '10.0,10.0,2km'), 'the map covers latitudes 48.99'),
     (('--scale', '3..0.5'), 'give two positive numbers, such as 0.5..3'),

@@ -42,6 +42,9 @@ def test_what_is_correlated_can_change_while_running(shared_live, tuned):
     shared_live.until(lambda: complete(node, 1))
     assert shared_live.set_parameter('shift.decimation', 2).successful
     assert not shared_live.set_parameter('shift.decimation', 0).successful
+    result = shared_live.set_parameter('shift.decimation', 16)
+    assert not result.successful
+    assert 'shift.decimation' in result.reason and 'of images of 160x96' in result.reason
     send(node, rolled([0, 24]), [0.2, 0.3])
     shared_live.until(lambda: complete(node, 3))
     assert codes(node) == ([1, 3, 0], ['ok', 'reprimed', 'ok'])

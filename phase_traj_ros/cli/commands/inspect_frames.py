@@ -8,8 +8,8 @@ from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.core import PhaseCorrelator
-from phase_traj_ros.errors import ForeignFileError, FrameError, OutputError
-from phase_traj_ros.io.images.decoding import read_picture
+from phase_traj_ros.errors import ForeignFileError, FrameError, OutputError, SourceError
+from phase_traj_ros.io.images.decoding import PICTURE_SUFFIXES, read_picture
 from phase_traj_ros.io.outputs.outputs import output_file
 from phase_traj_ros.io.results.figures import write_correlation_picture
 
@@ -29,7 +29,8 @@ COMMAND = Command(
 def add_options(parser: ArgumentParser) -> None:
     """Add the arguments and options of the command."""
     parser.add_argument('first', metavar='A', type=Path, help='image file of the first frame')
-    parser.add_argument('second', metavar='B', type=Path, help='image file of the second frame')
+    parser.add_argument(
+        'second', metavar='B', type=Path, nargs='?', help='image file of the second frame')
     parser.add_argument(
         '--output', metavar='FILE', type=Path,
         help=f'figure to write (default: {_NAME}, in the folder above if this is that of the'
@@ -41,6 +42,8 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Run the command."""
+    for frame in (options.first, options.second):
+        _require_picture(frame)
     output = _output(options)
     first, second = read_picture(options.first), read_picture(options.second)
     correlator = PhaseCorrelator()
@@ -55,6 +58,14 @@ def run(options: Namespace) -> None:
             first, second, correlator.correlation_map(), shift, path)
     print(f'dx {shift.dx:+.3f} px, dy {shift.dy:+.3f} px, response {shift.response:.4f}')
     print(f'written to {output}')
+
+
+def _require_picture(frame: Path | None) -> None:
+    if frame is None or (frame.exists() and frame.suffix.lower() not in PICTURE_SUFFIXES):
+        what = 'the second picture is missing' if frame is None else f'{frame} is not a picture'
+        raise SourceError(
+            f'{what}: give two pictures, A and B; ffmpeg -i FILM -ss SECONDS -frames:v 2 %d.png'
+            ' takes them from a film')
 
 
 def _output(options: Namespace) -> Path:

@@ -58,7 +58,18 @@ class TurnDetector:
     """Detects turns frame by frame."""
 
     def __init__(self, *, min_angle_deg: float = TUNING.turn_deg) -> None:
-        """Make a detector that waits for its first frame."""
+        """
+        Make a detector that waits for its first frame.
+
+        Raises
+        ------
+        ValueError
+            The minimum angle is not a finite number above 0.
+
+        """
+        if not (math.isfinite(min_angle_deg) and min_angle_deg > 0):
+            raise ValueError(
+                f'min_angle_deg is {min_angle_deg}: give a finite number above 0')
         self._min_angle = min_angle_deg
         # Each side separately: a pair to the other side does not end a turn.
         self._sides = tuple(BendDetector(sign, min_angle_deg) for sign in (1, -1))

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import math
+
 from nav_msgs.msg import Odometry as OdometryMessage
 from phase_traj_ros.core import LocationEstimate, MapLocator, Update
 from phase_traj_ros.core.localization.fixes import check_age
@@ -188,7 +190,9 @@ def _datum(text: str) -> LocalProjection | None:
     try:
         latitude, longitude = map(float, text.split(','))
     except ValueError:
+        latitude = longitude = math.nan
+    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
         raise ParameterError(
             f"parameter 'map_datum' is {text!r}: give LAT,LON in degrees, such as 49.01,8.40, or"
-            ' leave it empty for the middle of the map') from None
+            ' leave it empty for the middle of the map')
     return LocalProjection(latitude, longitude)

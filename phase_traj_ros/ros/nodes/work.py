@@ -10,6 +10,7 @@ import time
 from typing import TYPE_CHECKING
 
 import cv2
+import numpy as np
 from phase_traj_ros.core import (
     CodeSource,
     FrameStream,
@@ -21,6 +22,7 @@ from phase_traj_ros.core import (
     Update,
 )
 from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.correlation.phase_correlation import MIN_SIDE
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
 from phase_traj_ros.errors import FrameError, ParameterError, PhaseTrajError
 from phase_traj_ros.io.messages.mounting import Mounting
@@ -93,6 +95,7 @@ class Work:
         self._health = Health()
         self._camera: CameraInput | None = None
         self._speed: SpeedInput | None = None
+        self._frame_shape: tuple[int, ...] | None = None
         self._warnings = Warnings(node, self._estimator)
         self._offered = Entities(node)
         self._listening = Entities(node)
@@ -171,17 +174,24 @@ class Work:
         Raises
         ------
         ValueError
-            A value cannot change while the estimator runs, or would restart the codes.
+            A value cannot change while the estimator runs, would restart the codes, or leaves
+            nothing of the frames.
 
         """
         settings = self.mounting.with_given(values).parameters.settings
-        used = self._estimator.settings
+        used, shape = self._estimator.settings, self._frame_shape
         self._estimator.check(settings)
         if self._estimator.frames and settings.code_source is not used.code_source:
             raise ParameterError(
                 'a threshold selects what the codes are made from: it would restart them, with'
                 f' code_source {settings.code_source.value} instead of {used.code_source.value};'
                 ' set it at the start, or call ~/reset first')
+        if shape is not None and settings.view != used.view:
+            height, width = settings.view.of(np.broadcast_to(np.uint8(0), shape)).shape
+            if min(height, width) < MIN_SIDE:
+                raise ParameterError(
+                    f'shift.decimation leaves {width}x{height} pixels of images of'
+                    f' {shape[1]}x{shape[0]}: leave at least {MIN_SIDE}x{MIN_SIDE}')
 
     def change(self, values: Parameters) -> None:
         """Continue with other values of the parameters."""
@@ -229,6 +239,7 @@ class Work:
             This frame, or one held before it, cannot be used.
 
         """
+        self._frame_shape = frame.image.shape
         assert self._mount_input is not None
         if self._mount_input.seen_by(frame.frame_id):
             # The node starts anew, with the camera as it is mounted.

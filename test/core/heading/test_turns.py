@@ -231,6 +231,9 @@ def test_mirrored_drives_have_mirrored_turns(yaws):
 def test_the_definition_can_be_changed():
     plan = [*STRAIGHT, *bend(57, 3), *STRAIGHT]
     assert angles(plan, min_angle_deg=55.0) == [57]
+    for wrong in (0.0, math.nan):
+        with pytest.raises(ValueError, match='finite number above 0'):
+            TurnDetector(min_angle_deg=wrong)
 
 
 def counted(plan, *, scale_at=None, factor=1.0):

@@ -231,7 +231,7 @@ def test_the_height_for_the_transform_may_come_later(made):
 @pytest.mark.parametrize(('values', 'error', 'message'), [
     ({'threshold': 16.0}, ParameterError, 'it needs the measured heading and distance'),
     ({'map_datum': 'here'}, ParameterError, 'give LAT,LON in degrees'),
-    ({'map_datum': '91,0'}, MapError, 'from the datum 91,0: give one on the map'),
+    ({'map_datum': '91,0'}, ParameterError, 'give LAT,LON in degrees'),
     ({'map_datum': '-33.9,18.4'}, MapError, 'from the datum -33.9,18.4: give one on the map'),
     ({'map_file': 'absent.osm'}, MapError, 'No such file'),
     ({'frame_id': 'map', 'publish_map_tf': True}, ParameterError, 'the parent that'),
