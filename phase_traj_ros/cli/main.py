@@ -60,11 +60,12 @@ def _status(arguments: Sequence[str] | None) -> int:
     except PhaseTrajError as error:
         hint = ', or replace it with --force' if isinstance(error, ForeignFileError) else ''
         status = _refused(f'{error}{hint}')
-    except Ended as ended:
+    except KeyboardInterrupt as error:
         # The process is ending: another Ctrl-C must not turn this into a failure.
         handle_signals(signal.SIG_IGN)
-        say(line_of(ended.number))
-        status = status_of(ended.number)
+        number = error.number if isinstance(error, Ended) else signal.SIGINT
+        say(line_of(number))
+        status = status_of(number)
     except SystemExit as end:
         # The parser has printed the help, or what is wrong with the call.
         status = end.code if isinstance(end.code, int) else 0

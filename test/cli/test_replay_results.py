@@ -4,13 +4,11 @@
 
 import csv
 import json
-import signal
 import subprocess
 import sys
 
 import cv2
 import numpy as np
-from phase_traj_ros.cli.ending import Ended
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.sources.opening import open_source
@@ -193,7 +191,7 @@ def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch, capsys, handl
     def interrupted(batch, done):
         take(batch, done)
         if done and not batch._stopping:
-            raise Ended(signal.SIGINT)
+            raise KeyboardInterrupt
 
     monkeypatch.setattr(Batch, '_take', interrupted)
     assert run('replay', *sources, '--output', tmp_path / 'out', '--jobs', '1') == 130
