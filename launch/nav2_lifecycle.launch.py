@@ -13,7 +13,9 @@ from launch.actions import IncludeLaunchDescription, OpaqueFunction
 from launch.substitutions import PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
-from phase_traj_ros.parameters import NODE_NAME
+from phase_traj_ros.ros.startup.launch_arguments import node_start
+
+UNCONFIGURED = {'lifecycle': 'true', 'autostart': 'false'}
 
 
 def generate_launch_description():
@@ -24,16 +26,17 @@ def generate_launch_description():
         # First, so that nothing is started where nav2 is not installed.
         OpaqueFunction(function=manager),
         # The other arguments of phase_traj.launch.py are also those of this file.
-        IncludeLaunchDescription(launch_file, launch_arguments={
-            'lifecycle': 'true', 'autostart': 'false'}.items())])
+        IncludeLaunchDescription(launch_file, launch_arguments=UNCONFIGURED.items())])
 
 
 def manager(context):
     """Return the manager, in the namespace of the node."""
     given = context.launch_configurations
+    start = node_start(
+        {**given, **UNCONFIGURED}, namespace=given.get('ros_namespace') or '')
     return [Node(
         package='nav2_lifecycle_manager', executable='lifecycle_manager',
-        name='lifecycle_manager_phase_traj', namespace=given.get('namespace', ''),
-        output='screen', parameters=[{
-            'node_names': [given.get('name') or NODE_NAME], 'autostart': True,
-            'use_sim_time': given.get('use_sim_time', '').lower() in ('true', '1')}])]
+        name='lifecycle_manager_phase_traj', namespace=start.namespace, output='screen',
+        parameters=[{
+            'node_names': [start.name], 'autostart': True,
+            'use_sim_time': start.flags['use_sim_time']}])]

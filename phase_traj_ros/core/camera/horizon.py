@@ -75,8 +75,8 @@ class Horizon:
         The direction has the azimuth ``course``, in radians, positive to the right, and the
         ``slope`` below the optical axis.
         """
-        sideways = math.sin(course) * math.sin(self.roll) + slope * math.cos(self.roll)
-        return -math.atan2(sideways, math.cos(course))
+        below = math.sin(course) * math.sin(self.roll) + slope * math.cos(self.roll)
+        return -math.atan2(below, math.cos(course))
 
 
 class HorizonEstimator:

@@ -43,13 +43,15 @@ class Outputs:
         self._estimator = estimator
         topics = pair_topics(parameters)
         self._per_pair = {topic.name: _publisher(node, topic) for topic in topics}
-        self._latched = {topic.name for topic in topics if topic.latched}
         self._of_all = {topic: _publisher(node, topic) for topic in whole_topics(parameters)}
         self._debug_image = node.create_publisher(
             TYPES[DEBUG_IMAGE.type], f'~/{DEBUG_IMAGE.name}', qos_profile_sensor_data)
         # REP 105 needs metres.
         has_transform = parameters.publish_tf and parameters.settings.metric
         self._transform = TransformOutput(node) if has_transform else None
+        # What is needed without subscribers.
+        self._always = {topic.name for topic in topics if topic.latched or (
+            has_transform and topic == ODOMETRY)}
         self._schedule = Schedule(parameters)
         self._timer = node.create_timer(_FLUSH_S, self._publish_due)
 
@@ -70,9 +72,7 @@ class Outputs:
 
     def _is_wanted(self, topic: str) -> bool:
         """Return whether the message of a topic is needed for this pair."""
-        if self._transform is not None and topic == ODOMETRY.name:
-            return True
-        return topic in self._latched or bool(self._per_pair[topic].get_subscription_count())
+        return topic in self._always or bool(self._per_pair[topic].get_subscription_count())
 
     def publish_state(self) -> None:
         """Publish the current chain code and path, as after a reset."""
