@@ -13,6 +13,7 @@ import re
 from typing import cast, Final
 
 import cv2
+import numpy as np
 from phase_traj_ros.errors import reading, SourceError
 from phase_traj_ros.io.images.decoding import GreyImage, PICTURE_SUFFIXES
 from phase_traj_ros.io.sources.base import Candidate, DEFAULT_FPS, FrameSource, index_stamp_ns
@@ -141,6 +142,8 @@ class VideoSource(VideoFile):
     that are not selected are skipped without being converted.
     """
 
+    _swaps_axes = False
+
     def _examine(self) -> VideoFacts:
         with self._capture() as capture:
             if not capture.grab():
@@ -148,6 +151,9 @@ class VideoSource(VideoFile):
             self._retrieve(capture, 0)
             count = capture.get(cv2.CAP_PROP_FRAME_COUNT)
             aspect = capture.get(cv2.CAP_PROP_SAR_NUM), capture.get(cv2.CAP_PROP_SAR_DEN)
+            # OpenCV rotates the images itself, but tells the pixels of the stored ones.
+            self._swaps_axes = bool(capture.get(cv2.CAP_PROP_ORIENTATION_AUTO)) and (
+                round(capture.get(cv2.CAP_PROP_ORIENTATION_META)) % 180 == 90)
             return VideoFacts(
                 capture.get(cv2.CAP_PROP_FPS),
                 int(count) if 0 < count <= _MAX_FRAME_COUNT else 0,
@@ -186,7 +192,11 @@ class VideoSource(VideoFile):
             raise self._undecodable(index)
         if image.ndim == 3:
             image = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-        return self._with_square_pixels(cast('GreyImage', image))
+        image = cast('GreyImage', image)
+        if self._swaps_axes:
+            upright = self._with_square_pixels(image.T).T
+            return cast('GreyImage', np.ascontiguousarray(upright))
+        return self._with_square_pixels(image)
 
 
 def start_of(path: Path) -> bytes:
