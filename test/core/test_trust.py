@@ -96,15 +96,10 @@ def test_where_only_drops_agree_the_turn_is_not_measured_and_the_drive_is_in_dou
     assert statuses(updates)[PairStatus.OK] > 0.8 * len(updates)
 
 
-@pytest.fixture(scope='module', params=[0.01, 0.08])
-def on_a_motorway(request):
-    return motorway.driven(grain=request.param)[2]
-
-
-@pytest.mark.parametrize('lens', [KNOWN, None], ids=['known', 'unknown'])
-def test_a_horizon_that_does_not_move_is_neither_dirt_nor_a_stop(on_a_motorway, lens):
+@pytest.mark.parametrize(('grain', 'lens'), [(0.01, KNOWN), (0.08, None)])
+def test_a_horizon_that_does_not_move_is_neither_dirt_nor_a_stop(grain, lens):
     """Of a straight motorway without much texture, little of the picture changes at all."""
-    frames = on_a_motorway
+    frames = motorway.driven(grain=grain)[2]
     estimator, updates, turns = followed(
         frames, lens=lens, period_ns=40_000_000, stillness=StillnessSettings())
     assert statuses(updates)[PairStatus.OK] > 0.85 * len(updates)
@@ -128,7 +123,7 @@ def circles():
         '', plan, rate_hz=20.0, camera=camera, speed=8.0, seed=4)))
 
 
-@pytest.mark.parametrize('contrast', [1.0, 0.3, 0.1])
+@pytest.mark.parametrize('contrast', [1.0, 0.1])
 def test_a_model_car_in_circles_does_not_stand_because_its_bumper_does(circles, contrast):
     """A strong fisheye, 80 degrees a second: within 10 %, or said; the bumper has most texture."""
     frames = [
@@ -228,13 +223,12 @@ def test_a_camera_has_to_be_known_where_there_are_turns(drive, lens, words):
 
 def test_a_bend_that_may_have_been_a_turn_needs_a_camera_too():
     frames = drive_of(2, Straight(1.0), Turn(64.0, 3.0), Straight(1.5))
-    for narrower_deg, words in ((55.0, ('camera_not_known',)), (40.0, ('camera_not_known',)),
-                                (30.0, ())):
+    for narrower_deg, words in ((40.0, ('camera_not_known',)), (30.0, ())):
         lens = Lens(hfov_deg=narrower_deg, assumed=True)
         estimator, _, angles = followed(frames, lens=lens)
         assert angles == [] and estimator.reliability.words == words
-        given = Lens(hfov_deg=narrower_deg)
-        assert followed(frames, lens=given)[0].reliability.reliable
+    given = Lens(hfov_deg=40.0)
+    assert followed(frames, lens=given)[0].reliability.reliable
 
 
 def test_a_slow_corner_of_a_robot_is_one_turn_with_one_code():

@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
+import math
 
 import numpy as np
 from phase_traj_ros.synthetic.arrays import Floats
@@ -175,8 +177,14 @@ _CORNERS = np.array([(1, 1), (0, 1), (-1, 1), (-1, -1), (0, -1), (1, -1)], np.fl
 
 
 def _samples(start: Floats, end: Floats) -> Floats:
-    count = int(np.ceil(np.hypot(*(end - start)) / _CHECK)) + 1
-    return start + np.linspace(0.0, 1.0, count)[:, None] * (end - start)
+    (dx, dy) = (end - start).tolist()
+    return start + _shares(math.ceil(math.hypot(dx, dy) / _CHECK) + 1) * (end - start)
+
+
+@cache
+def _shares(count: int) -> Floats:
+    """Return evenly spaced shares of a line, (count, 1)."""
+    return np.linspace(0.0, 1.0, count)[:, None]
 
 
 def _row_of_houses(town: Town, street: Street, side: float) -> None:

@@ -34,11 +34,12 @@ class KeepOut:
 
     def clear(self, points: Floats, *, ignore: int | None = None) -> Bools:
         """Return which of the points (M, 2), close together, are in no disc."""
-        ((west, south), (east, north)) = (points.min(axis=0), points.max(axis=0))
-        rows = range(self._cell(south) - 1, self._cell(north) + 2)
+        # Of a few points, NumPy would take longer.
+        (xs, ys) = points.T.tolist()
+        rows = range(self._cell(min(ys)) - 1, self._cell(max(ys)) + 2)
         found = [
             self._cells[column, row]
-            for column in range(self._cell(west) - 1, self._cell(east) + 2) for row in rows
+            for column in range(self._cell(min(xs)) - 1, self._cell(max(xs)) + 2) for row in rows
             if (column, row) in self._cells]
         if not found:
             return np.ones(len(points), np.bool_)

@@ -3,6 +3,7 @@
 """The column of the principal point is learned from turns if the focal length is given."""
 
 from dataclasses import replace
+from functools import cache
 import math
 
 import numpy as np
@@ -58,36 +59,44 @@ def test_a_worse_fit_counts_less():
     assert 0.0 < bad.column < good.column < 10.0
 
 
-def followed(camera, **lens):
+CAMERA = Camera.with_field_of_view(480, 240, 80)
+
+
+@cache
+def drive_of(aside):
+    """Return a drive around two corners, and its frames; the centre of the lens is aside."""
+    camera = replace(CAMERA, cx=CAMERA.cx + aside * CAMERA.width)
     drive = plan_drive(
         'corners', [Straight(1.5), Turn(90, 3, 4.5), Straight(1.5), Turn(-90, 3, 4.5),
                     Straight(1.5)], rate_hz=10.0, speed=7.0, camera=camera, seed=4)
+    return drive, list(render_drive(drive))
+
+
+def followed(aside, **offset):
+    drive, frames = drive_of(aside)
     estimator = TrajectoryEstimator(EstimatorSettings(
-        code_source=CodeSource.AUTO, lens=Lens(**lens)))
+        code_source=CodeSource.AUTO, lens=Lens(focal_px=CAMERA.focal, **offset)))
     updates = [estimator.update(frame, stamp)
-               for frame, stamp in zip(render_drive(drive), drive.stamps_ns.tolist())][1:]
+               for frame, stamp in zip(frames, drive.stamps_ns.tolist())][1:]
     truth = drive.poses[1:, 2] - drive.poses[0, 2]
     return estimator, np.degrees([update.heading.heading for update in updates] - truth)
 
 
 @pytest.mark.parametrize('aside', [-0.025, 0.0, 0.025])
 def test_corners_tell_the_column_of_a_given_focal_length(aside):
-    camera = Camera.with_field_of_view(480, 240, 80)
-    camera = replace(camera, cx=camera.cx + aside * camera.width)
-    estimator, errors = followed(camera, focal_px=camera.focal)
+    estimator, errors = followed(aside)
     in_use = estimator.heading.camera.in_use
     assert in_use.offset == pytest.approx(aside, abs=0.008)
-    assert (in_use.focal_px, in_use.interval_px) == (camera.focal, None)
+    assert (in_use.focal_px, in_use.interval_px) == (CAMERA.focal, None)
     assert abs(errors[-1]) < 1.0
     # What was given is not replaced by an estimate, so there is none to write down.
     assert estimator.heading.camera.learned is None
 
 
 def test_a_column_that_was_learned_upside_down_is_that_of_the_same_pixels():
-    camera = Camera.with_field_of_view(480, 240, 80)
-    camera = replace(camera, cx=camera.cx + 0.025 * camera.width)
-    estimator, _ = followed(camera, focal_px=camera.focal)
+    estimator, _ = followed(0.025)
     learned = estimator.heading.camera.lens.offset
+    assert learned > 0.0
     estimator.reconfigure(replace(estimator.settings, view=View(rotate_180=True)))
     assert estimator.heading.camera.lens.offset == -learned
     estimator.reconfigure(replace(estimator.settings, view=View()))
@@ -95,17 +104,14 @@ def test_a_column_that_was_learned_upside_down_is_that_of_the_same_pixels():
 
 
 def test_an_offset_that_is_given_is_believed():
-    camera = Camera.with_field_of_view(480, 240, 80)
-    estimator, _ = followed(camera, focal_px=camera.focal, offset=0.01)
+    estimator, _ = followed(0.0, offset=0.01)
     assert estimator.heading.camera.in_use.offset == 0.01
 
 
 def test_the_lens_that_was_given_may_be_given_again():
-    camera = Camera.with_field_of_view(480, 240, 80)
-    camera = replace(camera, cx=camera.cx + 0.02 * camera.width)
-    estimator, _ = followed(camera, focal_px=camera.focal)
+    estimator, _ = followed(0.025)
     learned = estimator.heading.camera.lens
-    estimator.use_lens(Lens(focal_px=camera.focal))
+    estimator.use_lens(Lens(focal_px=CAMERA.focal))
     assert estimator.heading.camera.lens is learned
-    estimator.use_lens(Lens(focal_px=1.1 * camera.focal))
+    estimator.use_lens(Lens(focal_px=1.1 * CAMERA.focal))
     assert estimator.heading.camera.lens.offset == 0.0

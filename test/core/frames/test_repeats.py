@@ -79,8 +79,7 @@ def stopped():
     return pictures[:stop], pictures[stop:], way
 
 
-@pytest.mark.parametrize('stop', [5, 60])
-@pytest.mark.parametrize('noise', [0.0, 1.0])
+@pytest.mark.parametrize(('stop', 'noise'), [(5, 0.0), (60, 1.0)])
 def test_a_vehicle_that_stands_for_long_in_a_film_is_not_frozen(stop, noise, tmp_path):
     before, after, true = stopped()
     pictures = [*before, *(10 * stop - 1) * after[:1], *after]
@@ -112,7 +111,7 @@ def converted(seconds, *, taken_hz, shown_hz, speed):
         yield pictures[number * taken_hz // shown_hz], round(number * S / shown_hz)
 
 
-@pytest.mark.parametrize(('taken_hz', 'shown_hz'), [(24, 30), (25, 30), (24, 60)])
+@pytest.mark.parametrize(('taken_hz', 'shown_hz'), [(24, 30), (24, 60)])
 def test_a_film_at_another_rate_has_the_distance_though_its_stamps_jump(taken_hz, shown_hz):
     """The pictures are equally far apart, the stamps by one or two intervals of the film."""
     estimator = TrajectoryEstimator(AUTO)
@@ -145,8 +144,7 @@ def test_the_stamps_of_a_film_that_repeats_pictures_are_unsure_and_others_are_no
     assert [take(0) for _ in range(100)][-1] == 0.0
 
 
-@pytest.mark.parametrize('times', [2, 3])
-@pytest.mark.parametrize('settings', [AUTO, PAPER], ids=['auto', 'paper'])
+@pytest.mark.parametrize(('settings', 'times'), [(AUTO, 3), (PAPER, 2)], ids=['auto', 'paper'])
 def test_every_picture_several_times_is_every_picture_once(settings, times):
     once, single = fed(settings, [(index, 0.1 * index) for index in range(len(frames()))])
     many, updates = fed(settings, [

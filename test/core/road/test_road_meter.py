@@ -66,8 +66,8 @@ def test_it_stands_where_the_road_does_and_goes_exactly_nowhere():
     assert 600 * max(travel.variance for travel in stood) < CELL ** 2
 
 
-@pytest.mark.parametrize('rate', [10.0, 60.0, 120.0])
-@pytest.mark.parametrize('speed', [0.15, 0.85, 2.0])
+@pytest.mark.parametrize(
+    ('speed', 'rate'), [(0.15, 10.0), (0.15, 120.0), (0.85, 60.0), (2.0, 10.0), (2.0, 120.0)])
 def test_the_way_of_a_slow_vehicle_does_not_depend_on_the_frame_rate(speed, rate):
     road, seconds = Road(PINHOLE), 1.5
     meter = RoadMeter(PINHOLE, SURE)

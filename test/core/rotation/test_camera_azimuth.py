@@ -99,7 +99,7 @@ def road():
     return drive, drive.build_scene()
 
 
-@pytest.mark.parametrize('aside_deg', [-4.0, 0.0, 4.0])
+@pytest.mark.parametrize('aside_deg', [0.0, 4.0])
 def test_a_camera_that_points_aside_does_not_turn_a_straight_road(road, aside_deg):
     drive, scene = road
     camera, poses = drive.camera, drive.poses.copy()

@@ -19,7 +19,7 @@ wide = Camera.with_field_of_view
 # Camera, its rate and pitch, the plan, and the turns that are right.
 DRIVES = {
     'oblique crossings': (
-        wide(320, 240, 62.0), 20.0, 0.0,
+        wide(320, 240, 62.0), 10.0, 0.0,
         [Straight(1), Turn(75, 3, 4.5), Straight(2), Turn(-110, 3.5, 4.5), Straight(1)], 'LR'),
     'bends of a wide view': (
         wide(320, 200, 100.0), 10.0, 0.0,
