@@ -4,8 +4,10 @@
 
 from dataclasses import replace
 import math
+from types import SimpleNamespace
 
 import numpy as np
+from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_fit import fit_turn
 from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
@@ -96,6 +98,25 @@ def test_a_small_turn_that_any_lens_explains_is_ambiguous(focal):
 def test_points_that_go_astray_hardly_count():
     fit = fit_turn(tracks_of(focal=180.0, wrong=0.1), GUESSES, width=WIDTH)
     assert math.exp(fit.log_focal) == pytest.approx(180.0, rel=0.05)
+
+
+@pytest.mark.parametrize(('moving', 'turns'), [(0.25, 1), (0.45, 0)])
+def test_nothing_is_learned_where_few_points_agree(moving, turns, monkeypatch):
+    """A wrong lens may explain half of the points, as in a bend of a motorway with traffic."""
+    for seed in range(3):
+        tracks = tracks_of(focal=260.0, turned_deg=40.0, seed=seed)
+        rng = np.random.default_rng(seed)
+        velocity = rng.uniform(2.0, 5.0, (100, 2)) * rng.choice([-1.0, 1.0], (100, 2))
+        velocity[rng.permutation(100) >= 100 * moving] = 0.0
+        tracks = replace(tracks, position=(
+            tracks.position + velocity[tracks.point] * tracks.frame[:, None]))
+        calibration = SelfCalibration()
+        monkeypatch.setattr(calibration, '_tracker', SimpleNamespace(
+            cut=lambda: None, update=lambda *_, tracks=tracks, **__: tracks))
+        calibration.update(np.zeros((HEIGHT, WIDTH), np.uint8), 0.0, 0.1)
+        assert calibration.turns == turns
+        if turns:
+            assert calibration.estimate.focal_px == pytest.approx(260.0, rel=0.1)
 
 
 def test_the_axis_of_the_turn_is_the_vertical():
