@@ -102,14 +102,16 @@ class TurnDetector:
         return abs(self._last.heading - 90.0 * self._direction_quarters)
 
     def update(
-        self, stamp_ns: int, heading: float, distance: float | None = None, *, frames: int = 1,
+        self, stamp_ns: int, heading: float, distance: float | None = None, *,
+        rate: float | None = None, frames: int = 1,
     ) -> list[Turn]:
         """
         Add the next frame; return the turns that have ended, a dip or more before it.
 
         ``heading`` is in radians, positive to the left, not wrapped. ``distance`` is that since
-        the previous frame, in camera heights, 0 or more, None if unknown. ``frames`` is the number
-        of this frame minus that of the previous one.
+        the previous frame, in camera heights, 0 or more, None if unknown. ``rate`` is the yaw rate
+        in radians per second, None if the heading has no corrections of earlier frames.
+        ``frames`` is the number of this frame minus that of the previous one.
         """
         before = self._last
         if before is None:
@@ -120,7 +122,10 @@ class TurnDetector:
         travelled = max(distance, TUNING.min_speed * seconds)
         self._last = PathPoint(
             before.frame + frames, stamp_ns, math.degrees(heading), before.distance + travelled)
-        ended = [side.update(before, self._last) for side in self._sides]
+        rate_deg = (
+            (self._last.heading - before.heading) / seconds if rate is None
+            else math.degrees(rate))
+        ended = [side.update(before, self._last, rate_deg) for side in self._sides]
         for bend in filter(None, ended):
             self.widest_deg = max(self.widest_deg, abs(bend.angle))
         counted = [count for side in self._sides for count in side.take_quarters()]

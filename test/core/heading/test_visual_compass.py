@@ -91,6 +91,23 @@ def test_a_turn_that_a_cut_ends_is_told_once():
     assert told[0][0].angle_deg == pytest.approx(80.0)
 
 
+def test_the_peak_rate_of_a_turn_has_no_corrections_of_earlier_pairs():
+    compass = VisualCompass(YawCamera(Lens(hfov_deg=75.0)))
+    compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.start(0)
+    # The lens is covered for 0.9 s while the turn begins.
+    yaws = [*[0.0] * 10, *[None] * 9, *[math.radians(4.0)] * 20]
+    for pair, yaw in enumerate(yaws, start=1):
+        update = compass.add(
+            None if yaw is None else YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, True, 1.0),
+            pair * TENTH, 0.1)
+        if pair == 20:
+            assert math.degrees(update.step.yaw) > 20.0
+    turn, = compass.finish()
+    assert turn.angle_deg > 95.0
+    assert turn.peak_rate_deg_s == pytest.approx(40.0)
+
+
 def test_a_frame_that_is_forgotten_is_compared_with_none():
     camera, frames = turning('barrel')
     compass = VisualCompass(YawCamera(Lens(camera=camera)))
