@@ -30,12 +30,12 @@ from phase_traj_ros.core.correlation.tuning import TUNING
 _TEXT = """
     A pattern that is fixed to the camera has a sharp peak at zero. In a turn, motion spreads the
     scene's own peak, and the fixed peak is higher. When the peak is at zero, the guard
-    (`look_past_zero`) looks at the second peak outside its neighbourhood. It takes the second peak
-    if that peak is a measurement in its own right, is more significant than the first (a fixed
-    pattern's peak is high, but one pixel wide), and explains more than half of the textured blocks
-    better than zero shift does. The last condition prevents it from following traffic that passes
-    in front of a standing vehicle. The guard has no parameters to tune. `release_frames`
-    compensates for the pairs that it misses.
+    (`shift.look_past_zero`) looks at the second peak outside its neighbourhood. It takes the
+    second peak if that peak is a measurement in its own right, is more significant than the first
+    (a fixed pattern's peak is high, but one pixel wide), and explains more than half of the
+    textured blocks better than zero shift does. The last condition prevents it from following
+    traffic that passes in front of a standing vehicle. The guard has no parameters to tune.
+    `shift.release_frames` compensates for the pairs that it misses.
 
     A mask over the fixed parts is the most direct remedy. Its edge has to be soft: at a hard edge,
     the brightness ends at the same place in every frame, which is a fixed pattern itself. In the

@@ -38,7 +38,7 @@ _INTRODUCTION = """
     The significance of the peak separates good pairs from unrelated frames far better than the
     response does. The motion of the blocks, averaged over a few pairs, detects a standing vehicle
     under almost all conditions; a vehicle that passes and fills most of the picture defeats it.
-    Against a fixed pattern, `look_past_zero` recovers most of the turning pairs, and a mask
+    Against a fixed pattern, `shift.look_past_zero` recovers most of the turning pairs, and a mask
     recovers nearly all of them, except those that the fixed noise of a sensor disturbs.
 
     The paper judges every pair by its shift, so a covered lens, a scene cut or a stop at a red
