@@ -127,11 +127,16 @@ class Bystanders:
 def bystanders() -> Iterator[Bystanders]:
     """Watch the load of other programs in the block; the value is available at its end."""
     watched = Bystanders()
-    wall, own, all_cores = time.perf_counter(), time.process_time(), _busy_s()
+    wall, own, all_cores = time.perf_counter(), _own_s(), _busy_s()
     yield watched
     if all_cores is not None:
-        others = (_busy_s() or 0.0) - all_cores - (time.process_time() - own)
+        others = (_busy_s() or 0.0) - all_cores - (_own_s() - own)
         watched.cores = max(others, 0.0) / (time.perf_counter() - wall)
+
+
+def _own_s() -> float:
+    """Return the processor time in seconds of this process and of those that it has waited for."""
+    return sum(os.times()[:4])
 
 
 def _busy_s() -> float | None:
