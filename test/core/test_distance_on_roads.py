@@ -31,8 +31,8 @@ import pytest
 S = 10**9
 
 
-@pytest.mark.parametrize(('road', 'rate_factors'), [('rendered', (23, 30)), ('real', (23, 40))])
-def test_a_film_is_measured_or_its_road_is_called_unclear(request, road, rate_factors):
+@pytest.mark.parametrize('road', ['rendered', 'real'])
+def test_a_film_is_measured_or_its_road_is_called_unclear(request, road):
     """The encoder copies the road with a wrong motion where that costs it less."""
     pytest.importorskip('av')
     if road == 'rendered':
@@ -58,7 +58,7 @@ def test_a_film_is_measured_or_its_road_is_called_unclear(request, road, rate_fa
     whole = driven(frames)
     assert whole.way.distance == pytest.approx(steps.sum(), rel=0.03)
     assert whole.reliability.of_drive.reliable
-    for rate_factor in rate_factors:
+    for rate_factor in (23, 30, 40):
         film = driven(encoded(frames, rate_factor=rate_factor))
         near = film.way.distance == pytest.approx(whole.way.distance, rel=0.03)
         # The first pairs have no distance where their speed cannot be told.

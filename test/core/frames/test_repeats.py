@@ -79,7 +79,7 @@ def stopped():
     return pictures[:stop], pictures[stop:], way
 
 
-@pytest.mark.parametrize(('stop', 'noise'), [(5, 0.0), (60, 1.0)])
+@pytest.mark.parametrize(('stop', 'noise'), [(5, 0.0), (60, 0.0), (60, 1.0)])
 def test_a_vehicle_that_stands_for_long_in_a_film_is_not_frozen(stop, noise, tmp_path):
     before, after, true = stopped()
     pictures = [*before, *(10 * stop - 1) * after[:1], *after]
