@@ -94,8 +94,12 @@ class BendDetector:
             return None
         return Bend(self._first, self._end, self._sign * self._peak)
 
-    def update(self, before: PathPoint, after: PathPoint, rate: float) -> Bend | None:
-        """Add a pair of frames, and its yaw rate; return the bend that has ended before it."""
+    def update(self, before: PathPoint, after: PathPoint, rate: float | None) -> Bend | None:
+        """
+        Add a pair of frames; return the bend that has ended before it.
+
+        ``rate`` is its yaw rate in degrees per second, None if it is that of the two headings.
+        """
         ended = self.cut() if self._has_ended(before) else None
         if self._first is None:
             self._begin(before)
@@ -106,6 +110,8 @@ class BendDetector:
             ended = ended or self.cut()
             self._begin(after)
             return ended
+        if rate is None:
+            rate = (after.heading - before.heading) / (after.stamp_ns - before.stamp_ns) * 1e9
         self._peak = max(self._peak, self._sign * rate)
         self._lowest = min(self._lowest, score)
         if self._end is None or score > self._score(self._end):

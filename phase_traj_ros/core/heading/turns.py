@@ -31,7 +31,7 @@ class Turn:
     angle_deg
         Change of the heading between the two frames.
     peak_rate_deg_s
-        Yaw rate of the fastest pair of frames.
+        Yaw rate of the fastest pair of frames, without corrections of earlier pairs.
     """
 
     start_frame: int
@@ -122,9 +122,7 @@ class TurnDetector:
         travelled = max(distance, TUNING.min_speed * seconds)
         self._last = PathPoint(
             before.frame + frames, stamp_ns, math.degrees(heading), before.distance + travelled)
-        rate_deg = (
-            (self._last.heading - before.heading) / seconds if rate is None
-            else math.degrees(rate))
+        rate_deg = None if rate is None else math.degrees(rate)
         ended = [side.update(before, self._last, rate_deg) for side in self._sides]
         for bend in filter(None, ended):
             self.widest_deg = max(self.widest_deg, abs(bend.angle))
