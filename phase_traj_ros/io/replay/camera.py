@@ -5,7 +5,7 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from phase_traj_ros.core import Lens, Measured
+from phase_traj_ros.core import Lens
 from phase_traj_ros.errors import CalibrationError, PhaseTrajError
 from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.estimator import make_estimator, outcomes
@@ -75,9 +75,10 @@ def learned_lens(
     heading = estimator.heading
     if heading is None or not estimator.settings.learns_lens:
         return None
-    for outcome in outcomes(estimator, _thinned(frames), source=source, strict=strict):
-        camera = outcome.update.camera if isinstance(outcome, Measured) else None
-        if camera is not None and (camera.turns or 0) >= _ENOUGH_TURNS:
+    for _ in outcomes(estimator, _thinned(frames), source=source, strict=strict):
+        # Not the camera in use, which stays while what is learned does not differ from it.
+        so_far = heading.camera.learned
+        if so_far is not None and so_far.turns >= _ENOUGH_TURNS:
             break
     heading.finish()
     learned = heading.camera.learned

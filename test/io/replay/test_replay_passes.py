@@ -13,8 +13,9 @@ import numpy as np
 from phase_traj_ros.core import LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import SourceError
+from phase_traj_ros.io.replay.camera import learned_lens
 from phase_traj_ros.io.replay.run import Watcher
-from phase_traj_ros.io.sources.base import Candidate, FrameSource
+from phase_traj_ros.io.sources.base import Candidate, FrameSource, StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import EVERYTHING
 from phase_traj_ros.parameters import Parameters
@@ -117,6 +118,22 @@ def test_learning_ends_where_the_camera_is_known_well(folder, monkeypatch):
     assert taken[SECOND] == len(YAWS)
     assert result.camera.turns == 1
     assert changes(result) == [2, 0]
+
+
+def test_learning_ends_although_the_camera_in_use_stays(monkeypatch):
+    monkeypatch.setattr('phase_traj_ros.io.replay.camera._ENOUGH_TURNS', 3)
+    taken = []
+
+    def driven():
+        for index, heading in enumerate(np.cumsum(YAWS * 3)):
+            taken.append(index)
+            picture = render(WIDE, np.tan, math.radians(heading))
+            yield StampedFrame(picture, index * 100_000_000)
+
+    # The later turns agree with the first ones, so no better camera comes into use.
+    lens = learned_lens(driven(), Parameters(), 'film')
+    assert lens.estimate.turns == 3
+    assert len(taken) <= 2 * len(YAWS)
 
 
 def test_the_second_pass_codes_with_what_the_first_has_learned(folder):
