@@ -99,8 +99,9 @@ class Parameters:
         ' calibration.', unit='deg', minimum=-60.0, maximum=60.0, read_only=True)
     camera_height: float = parameter(
         0.0, 'Height of the camera above the road. With it, the distance measured on the road is'
-        ' in metres, and so are odom, speed and a path from the heading. Requires a focal length.'
-        ' 0 if unknown.', unit='m', minimum=0.0, maximum=100.0, read_only=True, group=Group.USER)
+        ' in metres, and so are odom, speed and a path from the heading. Unless the codes come'
+        ' from the turns (auto), it requires a focal length. 0 if unknown.', unit='m',
+        minimum=0.0, maximum=100.0, read_only=True, group=Group.USER)
     camera_height_deviation: float = parameter(
         0.04, 'Standard deviation of camera_height, as a fraction of it. It is part of the'
         ' variances of odom and speed.', minimum=0.0, maximum=1.0, read_only=True)
@@ -110,7 +111,8 @@ class Parameters:
     code_step: float = parameter(
         0.0, 'Length of a link of the chain code of equal links, which has one direction per link'
         ' at any speed. In metres if camera_height or a speed is known, else in camera heights.'
-        ' Requires a focal length. 0 makes no links.', minimum=0.0,
+        ' Unless the codes come from the turns (auto), it requires a focal length. At least 0.1;'
+        ' 0 makes no links.', minimum=0.0,
         maximum=1000.0, read_only=True, group=Group.VEHICLE)
     rotate_180: bool = parameter(
         False, 'Whether the camera is mounted upside down.', group=Group.USER)
@@ -130,12 +132,13 @@ class Parameters:
         read_only=True, group=Group.VEHICLE)
     path_from: str = parameter(
         PathSource.AUTO.value, 'What the path is drawn from: the direction codes, as in the paper'
-        ' (codes), or the measured heading (heading; requires a focal length). auto is heading'
-        ' with code_source auto, else codes.',
+        ' (codes), or the measured heading (heading; unless the codes come from the turns, it'
+        ' requires a focal length). auto is heading with code_source auto, else codes.',
         choices=tuple(each.value for each in PathSource), read_only=True)
     speed: float = parameter(
         0.0, 'Speed of the vehicle, if it is constant. With it, odom and a path from the heading'
-        ' are in metres. Requires a focal length. 0 if unknown.', unit='m/s',
+        ' are in metres. Unless the codes come from the turns (auto), it requires a focal length.'
+        ' 0 if unknown.', unit='m/s',
         minimum=0.0, maximum=MAX_SPEED, read_only=True, group=Group.VEHICLE)
     use_speed_topic: bool = parameter(
         False, 'Whether the topic speed provides the speed of the vehicle, instead of the'

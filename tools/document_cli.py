@@ -60,7 +60,7 @@ def names(action: Action) -> str:
     if not action.option_strings:
         return f'`{value}`' if action.nargs != '+' else f'`{value} [{value} ...]`'
     # An option without a value has no placeholder.
-    shown = '' if action.nargs == 0 else f' {value}'
+    shown = {0: '', '?': f' [{value}]'}.get(action.nargs, f' {value}')
     return ', '.join(f'`{each}{shown}`' for each in action.option_strings)
 
 

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The managed node, through its services."""
 
+import json
+
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from live import image, LATCHED, SHIFT, stop
@@ -78,6 +80,22 @@ def test_configure_activate_deactivate_cleanup_and_again(live, managed):
         assert managed.change(Transition.TRANSITION_CLEANUP)
         live.until(lambda: '/phase_traj/movement' not in topics(live))
     assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
+    assert stop(managed.process) == 0
+    assert 'Traceback' not in live.logs()
+
+
+def test_an_inactive_node_takes_a_threshold_and_saves_its_drive(live, managed, tmp_path):
+    managed.start('-p', 'code_source:=auto', '-p', f'output_dir:={tmp_path}')
+    assert managed.change(Transition.TRANSITION_CONFIGURE)
+    assert live.set_parameter('threshold', 16.0).successful
+    work(live, managed, 100 * SECOND)
+    assert live.set_parameter('threshold', 0.0).successful
+    live.until_said('restarted, with codes from the turns')
+    live.until_said('save: written to')
+    saved = json.loads((tmp_path / 'phase_traj_1' / 'chain_code.json').read_text())
+    assert (saved['frames'], saved['code_source']) == (5, 'shift')
+    assert live.set_parameter('threshold', 16.0).successful
+    work(live, managed, 200 * SECOND)
     assert stop(managed.process) == 0
     assert 'Traceback' not in live.logs()
 

@@ -59,7 +59,7 @@ def add_options(parser: ArgumentParser) -> None:
     parser.add_argument(
         '--clock', metavar='HZ', type=float, nargs='?', const=_CLOCK_HZ,
         help='publish the time of the recording on /clock, HZ times a second'
-             f' (default {_CLOCK_HZ:g})')
+             f' ({_CLOCK_HZ:g} if HZ is not given)')
     parser.add_argument(
         '--image-topic', metavar='NAME', default='image',
         help='topic of the images (default: image)')

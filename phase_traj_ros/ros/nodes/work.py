@@ -96,6 +96,7 @@ class Work:
         self._camera: CameraInput | None = None
         self._speed: SpeedInput | None = None
         self._frame_shape: tuple[int, ...] | None = None
+        self._active = False
         self._warnings = Warnings(node, self._estimator)
         self._offered = Entities(node)
         self._listening = Entities(node)
@@ -120,6 +121,7 @@ class Work:
         """
         if self._estimator.frames:
             self.restart()
+        self._active = True
         node, values = self._node, self.mounting.parameters
         # The executor delivers simultaneous messages in the order of subscription.
         settings = self._estimator.settings
@@ -149,6 +151,7 @@ class Work:
 
     def stop(self) -> None:
         """Destroy the subscriptions, and use a frame that was held."""
+        self._active = False
         self._listening.destroy()
         self._publish_all(self._stream.finish())
 
@@ -181,11 +184,12 @@ class Work:
         settings = self.mounting.with_given(values).parameters.settings
         used, shape = self._estimator.settings, self._frame_shape
         self._estimator.check(settings)
-        if self._estimator.frames and settings.code_source is not used.code_source:
+        other = settings.code_source is not used.code_source
+        if other and self._active and self._estimator.frames:
             raise ParameterError(
                 'a threshold selects what the codes are made from: it would restart them, with'
                 f' code_source {settings.code_source.value} instead of {used.code_source.value};'
-                ' set it at the start, or call ~/reset first')
+                ' set it at the start, or while the node is inactive')
         if shape is not None and settings.view != used.view:
             height, width = settings.view.of(np.broadcast_to(np.uint8(0), shape)).shape
             if min(height, width) < MIN_SIDE:
@@ -199,6 +203,8 @@ class Work:
         values = self.mounting.parameters
         self._outputs.parameters = values
         coded_from = self._estimator.settings.code_source
+        if self._estimator.frames and values.settings.code_source is not coded_from:
+            self.restart()
         self._warnings.threshold_changed()
         self._estimator.reconfigure(values.settings)
         if self._estimator.settings.code_source is not coded_from:
