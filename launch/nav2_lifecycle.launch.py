@@ -25,7 +25,7 @@ def generate_launch_description():
     return LaunchDescription([
         # First, so that nothing is started where nav2 is not installed.
         OpaqueFunction(function=manager),
-        # The other arguments of phase_traj.launch.py are also those of this file.
+        # Its other arguments are also those of this file.
         IncludeLaunchDescription(launch_file, launch_arguments=UNCONFIGURED.items())])
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 import re
-from threading import Event
+from threading import Event, Thread
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.params_file import check_syntax
@@ -107,6 +107,31 @@ def spin(make_node: Callable[[], Node], stop: Event) -> None:
     """
     with names_explained():
         node = make_node()
+    try:
+        _run_callbacks(node, stop)
+    finally:
+        node.destroy_node()
+
+
+@contextmanager
+def spinning(node: Node) -> Iterator[None]:
+    """
+    Run the callbacks of a node in a thread, and destroy it on leaving.
+
+    A node whose services never answer blocks ``ros2 param list`` of the whole system.
+    """
+    left = Event()
+    thread = Thread(target=_run_callbacks, args=(node, left))
+    thread.start()
+    try:
+        yield
+    finally:
+        left.set()
+        thread.join()
+        node.destroy_node()
+
+
+def _run_callbacks(node: Node, stop: Event) -> None:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     try:
@@ -116,4 +141,3 @@ def spin(make_node: Callable[[], Node], stop: Event) -> None:
                 executor.spin_once(timeout_sec=_POLL_S)
     finally:
         executor.shutdown()
-        node.destroy_node()

@@ -70,7 +70,7 @@ class Launched:
     def ends(self):
         """Press Ctrl-C; return the exit status."""
         os.killpg(self.process.pid, signal.SIGINT)
-        self.text += self.process.communicate()[0]
+        self.text += self.process.communicate(timeout=60)[0]
         return self.process.returncode
 
 

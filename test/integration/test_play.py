@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings on real topics."""
 
+import signal
 import subprocess
 import sys
 from threading import Event
@@ -12,6 +13,7 @@ from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.ros.playback.player import FramePlayer
 from phase_traj_ros.ros.spin import ros_context
 import pytest
+from rcl_interfaces.srv import ListParameters
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
@@ -49,6 +51,17 @@ def test_no_frame_is_lost_at_the_start(live, recording):
         live.until(lambda: player.poll() is not None)
         assert player.communicate() == ('published 20 frames\n', '')
     live.until(lambda: len(images) == 20)
+    assert player.returncode == 0
+
+
+def test_the_player_answers_while_it_plays(live, recording):
+    with playing(recording, '--loop', '--wait', '100') as player:
+        asked = live.call(
+            ListParameters, '/phase_traj_player/list_parameters', ListParameters.Request())
+        assert 'use_sim_time' in asked.result.names
+        assert player.poll() is None
+        player.send_signal(signal.SIGINT)
+        assert player.communicate()[1] == ''
     assert player.returncode == 0
 
 

@@ -86,7 +86,7 @@ def run(options: Namespace) -> None:
             f'--wait is {options.wait}: give a number of seconds, 0 to {_MOST_WAIT_S:g}')
     try:
         from phase_traj_ros.ros.playback.player import FramePlayer
-        from phase_traj_ros.ros.spin import names_explained, ros_context
+        from phase_traj_ros.ros.spin import names_explained, ros_context, spinning
         from phase_traj_ros.ros.startup.signals import stop_on_signals
     except ImportError as error:
         raise MissingDependencyError(
@@ -99,7 +99,7 @@ def run(options: Namespace) -> None:
                 topic=options.image_topic, lossless=options.lossless,
                 camera=_camera_of(source, rectified=False),
                 rectified=_camera_of(source, rectified=True), clock_hz=options.clock)
-        try:
+        with spinning(player):
             if not player.wait_for_subscribers(stop, options.wait):
                 _nobody_listens(player.topic, options)
             total = None if options.loop else source.frame_count
@@ -111,8 +111,6 @@ def run(options: Namespace) -> None:
                 player.wait_for_acknowledgement()
             # What is on its way is lost with the publisher.
             stop.wait(_LINGER_S)
-        finally:
-            player.destroy_node()
     print(f'published {published} frames')
     if source.frames.problem is not None:
         warn(source.frames.problem)

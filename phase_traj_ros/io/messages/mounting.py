@@ -49,10 +49,13 @@ class Mount:
 
     def __str__(self) -> str:
         """Return a description."""
+        # Without the sign of a negative zero.
+        pitch, roll, yaw = (
+            round(angle, 1) + 0.0 for angle in (self.pitch_deg, self.roll_deg, self.yaw_deg))
         return (
             f'{self.camera_frame} is {self.height:.2f} m above {self.ground_frame}, {self.x:.2f} m'
-            f' ahead and {self.y:.2f} m left of {self.base_frame}, pitch {self.pitch_deg:.1f} deg'
-            f' down, roll {self.roll_deg:.1f} deg, yaw {self.yaw_deg:.1f} deg')
+            f' ahead and {self.y:.2f} m left of {self.base_frame}, pitch {pitch} deg down,'
+            f' roll {roll} deg, yaw {yaw} deg')
 
     def fill_in(self, given: Parameters) -> 'Mounting':
         """

@@ -91,7 +91,7 @@ def node_start(
     Raises
     ------
     ParameterError
-        An argument, the parameter file or a parameter in it is not valid.
+        An argument, a parameter file or a parameter in it is not valid.
 
     """
     given = {name: value for name, (default, _) in ARGUMENTS.items()
@@ -170,6 +170,10 @@ def _of_parent(
         if isinstance(each, tuple):
             # launch_ros passes it in this form.
             known.update([parse_assignment(f'{each[0]}:={each[1]}')])
+        elif not each.is_file():
+            # launch_ros would end with an empty message.
+            raise ParameterError(
+                f'SetParametersFromFile has {str(each)!r}, which is not a file: give its path')
         else:
             # It may be for other nodes only.
             with suppress(ParameterError):

@@ -101,6 +101,8 @@ def test_files_of_a_parent_may_be_for_other_nodes(tmp_path):
     assert start.frame == 'map'
     with pytest.raises(ParameterError, match='frame_id'):
         node_start({}, params=[file(tmp_path, '{frame_id: 3}')])
+    with pytest.raises(ParameterError, match='which is not a file: give its path'):
+        node_start({}, params=[Path('vehicle.yaml')])
 
 
 def test_what_is_given_becomes_arguments_of_ros():
