@@ -93,7 +93,7 @@ def test_an_inactive_node_takes_a_threshold_and_saves_its_drive(live, managed, t
     live.until_said('restarted, with codes from the turns')
     live.until_said('save: written to')
     saved = json.loads((tmp_path / 'phase_traj_1' / 'chain_code.json').read_text())
-    assert (saved['frames'], saved['code_source']) == (5, 'shift')
+    assert (saved['frames'], saved['code_source'], saved['threshold']) == (5, 'shift', 16.0)
     assert live.set_parameter('threshold', 16.0).successful
     work(live, managed, 200 * SECOND)
     assert stop(managed.process) == 0

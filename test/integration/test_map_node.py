@@ -25,6 +25,8 @@ def test_the_roads_are_there_and_nothing_is_claimed(live, tmp_path):
         camera.publish(image(frame.image, frame.stamp_ns))
     live.until(lambda: fixes, process=process)
 
+    refused = live.set_parameter('threshold', 16.0)
+    assert not refused.successful and 'needs the measured heading' in refused.reason
     assert roads[0].markers[0].header.frame_id == 'map'
     assert fixes[0].status.status == NavSatStatus.STATUS_NO_FIX
     assert math.isnan(fixes[0].latitude)

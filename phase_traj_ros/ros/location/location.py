@@ -63,10 +63,7 @@ class Location:
             The map or a message needs a package that is not installed.
 
         """
-        if not values.settings.by_heading:
-            raise ParameterError(
-                f"parameter 'map_file' is {values.map_file!r}: it needs the measured heading and"
-                ' distance, so leave code_source auto, without a threshold')
+        self.check(values)
         self._node = node
         self._values = values
         self._motions = Motions()
@@ -92,6 +89,22 @@ class Location:
         node.get_logger().info(
             f'{values.map_file}: {self._roads.length / 1e3:.0f} km of road, datum'
             f' {origin.latitude:.6f},{origin.longitude:.6f}')
+
+    @staticmethod
+    def check(values: Parameters) -> None:
+        """
+        Check that the vehicle can be located with these parameters.
+
+        Raises
+        ------
+        ParameterError
+            The codes come from the shift.
+
+        """
+        if not values.settings.by_heading:
+            raise ParameterError(
+                f"parameter 'map_file' is {values.map_file!r}: it needs the measured heading and"
+                ' distance, so leave code_source auto, without a threshold')
 
     def listen(self, entities: Entities) -> str:
         """Subscribe to the topic ``fix``, and publish candidates; return its full name."""

@@ -182,6 +182,8 @@ class Work:
 
         """
         settings = self.mounting.with_given(values).parameters.settings
+        if self._location is not None:
+            self._location.check(values)
         used, shape = self._estimator.settings, self._frame_shape
         self._estimator.check(settings)
         other = settings.code_source is not used.code_source
@@ -199,12 +201,13 @@ class Work:
 
     def change(self, values: Parameters) -> None:
         """Continue with other values of the parameters."""
-        self.mounting = self.mounting.with_given(values)
-        values = self.mounting.parameters
-        self._outputs.parameters = values
+        mounting = self.mounting.with_given(values)
+        values = mounting.parameters
         coded_from = self._estimator.settings.code_source
         if self._estimator.frames and values.settings.code_source is not coded_from:
+            # The drive is saved with the parameters that it had.
             self.restart()
+        self.mounting, self._outputs.parameters = mounting, values
         self._warnings.threshold_changed()
         self._estimator.reconfigure(values.settings)
         if self._estimator.settings.code_source is not coded_from:
