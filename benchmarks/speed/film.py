@@ -13,7 +13,9 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
 import os
 from pathlib import Path
 import subprocess
@@ -104,13 +106,19 @@ def run(program: str, arguments: list[str]) -> Run:
 
 def rendered(folder: Path, camera: Camera = _CAMERA) -> Path:
     """Return a film of a drive through the rendered town, made if it is not there."""
-    import av
     film = folder / f'town_{camera.height}.mp4'
-    if film.exists():
-        return film
-    folder.mkdir(parents=True, exist_ok=True)
+    if not film.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        # The memory of this process would count as that of those that it starts later.
+        with ProcessPoolExecutor(1, mp_context=get_context('spawn')) as apart:
+            apart.submit(_render, film, camera).result()
+    return film
+
+
+def _render(film: Path, camera: Camera) -> None:
+    import av
     drive = plan_drive('', _PLAN, rate_hz=_RATE, speed=11.0, camera=camera, seed=17)
-    part = folder / 'part.mp4'
+    part = film.with_name('part.mp4')
     with av.open(str(part), 'w') as container:
         stream = container.add_stream(
             'libx264', rate=_RATE, options={'crf': '23', 'preset': 'veryfast'})
@@ -121,7 +129,7 @@ def rendered(folder: Path, camera: Camera = _CAMERA) -> Path:
             frame = av.VideoFrame.from_ndarray(np.vstack([noisy, colourless]), format='yuv420p')
             container.mux(stream.encode(frame))
         container.mux(stream.encode())
-    return part.replace(film)
+    part.replace(film)
 
 
 def repeated(film: Path, times: int, folder: Path) -> tuple[Path, int]:
