@@ -17,7 +17,7 @@ from threading import Event, Thread
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.params_file import check_syntax
 import rclpy
-from rclpy.exceptions import NameValidationException
+from rclpy.exceptions import InvalidParameterTypeException, NameValidationException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -78,16 +78,19 @@ def _explained(message: str) -> str:
 @contextmanager
 def names_explained() -> Iterator[None]:
     """
-    Report an invalid name of a node or a topic in one line.
+    Report an invalid name of a node or a topic, or an invalid ``use_sim_time``, in one line.
 
     Raises
     ------
     ParameterError
-        A name is invalid. It replaces the exception of rclpy, whose message has several lines.
+        A name is invalid, or a parameter of rclpy has the wrong type. It replaces the exception of
+        rclpy.
 
     """
     try:
         yield
+    except InvalidParameterTypeException as error:
+        raise ParameterError(str(error)) from None
     except NameValidationException as error:
         # 'Invalid topic name: reason:', the name in quotes, and a pointer to the character.
         what, name, *_ = str(error).splitlines()

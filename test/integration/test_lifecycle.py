@@ -89,6 +89,7 @@ def test_an_inactive_node_takes_a_threshold_and_saves_its_drive(live, managed, t
     assert managed.change(Transition.TRANSITION_CONFIGURE)
     assert live.set_parameter('threshold', 16.0).successful
     work(live, managed, 100 * SECOND)
+    assert live.set_parameter('threshold', 60.0).successful
     assert live.set_parameter('threshold', 0.0).successful
     live.until_said('restarted, with codes from the turns')
     live.until_said('save: written to')

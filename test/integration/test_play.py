@@ -11,12 +11,14 @@ import cv2
 import numpy as np
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.ros.playback.player import FramePlayer
-from phase_traj_ros.ros.spin import ros_context
+from phase_traj_ros.ros.spin import ros_context, spinning
 import pytest
 from rcl_interfaces.srv import ListParameters
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
+
+SENSOR = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 @pytest.fixture
@@ -45,8 +47,7 @@ def play(recording, *options):
 
 def test_no_frame_is_lost_at_the_start(live, recording):
     """Not even one that is sent once; the queue here is long enough for all of them."""
-    images = live.listen(Image, '/image', QoSProfile(
-        depth=20, reliability=ReliabilityPolicy.BEST_EFFORT))
+    images = live.listen(Image, '/image', SENSOR)
     with playing(recording, '--rate', '2') as player:
         live.until(lambda: player.poll() is not None)
         assert player.communicate() == ('published 20 frames\n', '')
@@ -55,13 +56,19 @@ def test_no_frame_is_lost_at_the_start(live, recording):
 
 
 def test_the_player_answers_while_it_plays(live, recording):
-    with playing(recording, '--loop', '--wait', '100') as player:
-        asked = live.call(
-            ListParameters, '/phase_traj_player/list_parameters', ListParameters.Request())
-        assert 'use_sim_time' in asked.result.names
-        assert player.poll() is None
-        player.send_signal(signal.SIGINT)
-        assert player.communicate()[1] == ''
+    images = live.listen(Image, '/image', SENSOR)
+    with playing(recording, '--loop') as player:
+        try:
+            # Before and after it has asked its subscriber.
+            for _ in range(2):
+                asked = live.call(
+                    ListParameters, '/phase_traj_player/list_parameters', ListParameters.Request())
+                assert 'use_sim_time' in asked.result.names
+                live.until(lambda: images, process=player)
+            player.send_signal(signal.SIGINT)
+            assert player.communicate()[1] == ''
+        finally:
+            player.kill()
     assert player.returncode == 0
 
 
@@ -70,11 +77,11 @@ def test_images_keep_the_frame_of_the_recording(live):
     images = live.listen(Image, '/image')
     with ros_context([]):
         player = FramePlayer(lossless=True)
-        assert player.wait_for_subscribers(Event(), timeout_s=60.0)
-        player.play([
-            StampedFrame(np.zeros((8, 8), np.uint8), 10**9, frame_id='front_camera')], Event())
-        live.until(lambda: images)
-        player.destroy_node()
+        with spinning(player):
+            assert player.wait_for_subscribers(Event(), timeout_s=60.0)
+            player.play([
+                StampedFrame(np.zeros((8, 8), np.uint8), 10**9, frame_id='front_camera')], Event())
+            live.until(lambda: images)
     assert images[0].header.frame_id == 'front_camera'
 
 

@@ -108,7 +108,7 @@ def run(options: Namespace) -> None:
                     progress(frames, total=total, title=options.source.name), stop,
                     rate=options.rate)
             if options.lossless and not stop.is_set():
-                player.wait_for_acknowledgement()
+                player.wait_for_acknowledgement(stop)
             # What is on its way is lost with the publisher.
             stop.wait(_LINGER_S)
     print(f'published {published} frames')

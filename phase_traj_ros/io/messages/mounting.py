@@ -49,13 +49,14 @@ class Mount:
 
     def __str__(self) -> str:
         """Return a description."""
-        # Without the sign of a negative zero.
+        # Zeros have no sign.
+        x, y = (round(place, 2) + 0.0 for place in (self.x, self.y))
         pitch, roll, yaw = (
             round(angle, 1) + 0.0 for angle in (self.pitch_deg, self.roll_deg, self.yaw_deg))
         return (
-            f'{self.camera_frame} is {self.height:.2f} m above {self.ground_frame}, {self.x:.2f} m'
-            f' ahead and {self.y:.2f} m left of {self.base_frame}, pitch {pitch} deg down,'
-            f' roll {roll} deg, yaw {yaw} deg')
+            f'{self.camera_frame} is {self.height:.2f} m above {self.ground_frame}, {x:.2f} m'
+            f' ahead and {y:.2f} m left of {self.base_frame}, pitch {pitch:.1f} deg down,'
+            f' roll {roll:.1f} deg, yaw {yaw:.1f} deg')
 
     def fill_in(self, given: Parameters) -> 'Mounting':
         """

@@ -122,6 +122,7 @@ class Work:
         if self._estimator.frames:
             self.restart()
         self._active = True
+        self._camera = self._speed = None
         node, values = self._node, self.mounting.parameters
         # The executor delivers simultaneous messages in the order of subscription.
         settings = self._estimator.settings
@@ -186,8 +187,7 @@ class Work:
             self._location.check(values)
         used, shape = self._estimator.settings, self._frame_shape
         self._estimator.check(settings)
-        other = settings.code_source is not used.code_source
-        if other and self._active and self._estimator.frames:
+        if self._active and settings.code_source is not used.code_source:
             raise ParameterError(
                 'a threshold selects what the codes are made from: it would restart them, with'
                 f' code_source {settings.code_source.value} instead of {used.code_source.value};'
@@ -204,8 +204,8 @@ class Work:
         mounting = self.mounting.with_given(values)
         values = mounting.parameters
         coded_from = self._estimator.settings.code_source
-        if self._estimator.frames and values.settings.code_source is not coded_from:
-            # The drive is saved with the parameters that it had.
+        if self._estimator.frames and not self._active:
+            # The drive is over: it is saved with the parameters that it had.
             self.restart()
         self.mounting, self._outputs.parameters = mounting, values
         self._warnings.threshold_changed()

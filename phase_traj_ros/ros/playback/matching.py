@@ -15,7 +15,6 @@ import time
 
 from phase_traj_ros.ros.graph import full_name
 from rcl_interfaces.srv import GetParameterTypes
-import rclpy
 from rclpy.node import Node
 
 _ASKED = 6
@@ -25,7 +24,11 @@ _SETTLE_S = 1.0
 
 
 def wait_until_known(node: Node, topic: str, stop: Event) -> None:
-    """Return when all subscribers of ``topic`` know the current endpoints of ``node``."""
+    """
+    Return when all subscribers of ``topic`` know the current endpoints of ``node``.
+
+    Another thread has to spin the node.
+    """
     subscribers = {
         full_name(each) for each in node.get_subscriptions_info_by_topic(topic)}
     settled = time.monotonic() + _SETTLE_S
@@ -43,9 +46,9 @@ def _answers(node: Node, name: str, stop: Event, settled: float) -> bool:
             return False
         for _ in range(_ASKED):
             # A response is lost if the node receives the request before it discovers the client.
-            answer = client.call_async(GetParameterTypes.Request())
-            rclpy.spin_until_future_complete(node, answer, timeout_sec=_ASK_AGAIN_S)
-            if answer.done():
+            answer, answered = client.call_async(GetParameterTypes.Request()), Event()
+            answer.add_done_callback(lambda _, answered=answered: answered.set())
+            if answered.wait(_ASK_AGAIN_S):
                 return True
             client.remove_pending_request(answer)
             if stop.is_set():

@@ -35,6 +35,7 @@ class FramePlayer(Node):
     Publishes frames as mono8, mono16 or 32FC1 images on ``topic``.
 
     If the calibration of the camera is known, it is published with each image on ``camera_info``.
+    Another thread has to spin the node (``spinning``).
     """
 
     def __init__(
@@ -102,7 +103,7 @@ class FramePlayer(Node):
         if self._calibrations is not None and self._lossless:
             # A node that is known by now has the camera before the first image.
             self._publish_camera(Header(frame_id=CAMERA_FRAME))
-            self._calibrations.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGE_S))
+            self._acknowledged(self._calibrations, stop)
         began, first_ns, previous_ns = time.monotonic(), 0, None
         for frame in frames:
             if previous_ns is None or frame.stamp_ns < previous_ns:
@@ -115,9 +116,9 @@ class FramePlayer(Node):
             published += 1
         return published
 
-    def wait_for_acknowledgement(self) -> None:
+    def wait_for_acknowledgement(self, stop: Event) -> None:
         """
-        Wait until every subscriber has received all images, if they are lossless.
+        Wait until every subscriber has received all images, if they are lossless, or a stop.
 
         Raises
         ------
@@ -125,10 +126,19 @@ class FramePlayer(Node):
             A subscriber has not acknowledged all images within half a minute.
 
         """
-        if not self._images.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGE_S)):
+        if not self._acknowledged(self._images, stop) and not stop.is_set():
             raise OutputError(
                 f'a subscriber of {self.topic} has not acknowledged all frames'
                 f' within {_ACKNOWLEDGE_S} s')
+
+    def _acknowledged(self, publisher: Publisher, stop: Event) -> bool:
+        """Return whether all messages have arrived, within half a minute or until a stop."""
+        deadline = time.monotonic() + _ACKNOWLEDGE_S
+        # No other thread runs, and no signal is seen, while rclpy waits.
+        while not publisher.wait_for_all_acked(Duration(seconds=_POLL_S)):
+            if time.monotonic() >= deadline or stop.wait(_POLL_S):
+                return False
+        return True
 
     def _wait(self, due: float, stop: Event, stamp_ns: int, rate: float) -> bool:
         """Wait until ``due``, the time of a stamp; return whether ``stop`` is set."""
