@@ -186,8 +186,10 @@ def test_a_mount_that_changes_a_little_is_used_as_one_that_changes_much(made):
     change, = node.set_parameters([Parameter('max_gap', value=3.0)])
     assert change.successful
     # Nor does another mount, where the paper's rule has followed.
-    work.restart()
-    node.set_parameters([Parameter('threshold', value=2.0)])
+    work.stop()
+    change, = node.set_parameters([Parameter('threshold', value=2.0)])
+    assert change.successful
+    work.start()
     aside = SimpleNamespace(**vars(CAMERA))
     aside.transform = SimpleNamespace(
         translation=SimpleNamespace(x=1.2, y=0.3, z=1.653), rotation=CAMERA.transform.rotation)
@@ -220,9 +222,10 @@ def test_a_threshold_that_is_set_later_leaves_the_metres(made):
         executor.spin_once(timeout_sec=0)
     for threshold in (2.0, 0.0):
         show(node, 3)
-        node._work.restart()
+        node._work.stop()
         change, = node.set_parameters([Parameter('threshold', value=threshold)])
         assert change.successful
+        node._work.start()
         for _ in range(5):
             executor.spin_once(timeout_sec=0)
         show(node, 3)
