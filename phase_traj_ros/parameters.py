@@ -35,6 +35,8 @@ NODE_NAME = 'phase_traj'
 MAX_PATH_POSES: Final = 1000
 """Maximum number of poses of the published path; a longer one is thinned."""
 
+# Of what is measured with the lens, in a description.
+_NEEDS_LENS = 'Unless the codes come from the turns (auto), it requires a focal length.'
 # Frames of REP 105 for a pose in metres, and of this package for others.
 _ODOM, _UNSCALED = 'odom', NODE_NAME
 MAP_FRAME: Final = 'map'
@@ -99,9 +101,8 @@ class Parameters:
         ' calibration.', unit='deg', minimum=-60.0, maximum=60.0, read_only=True)
     camera_height: float = parameter(
         0.0, 'Height of the camera above the road. With it, the distance measured on the road is'
-        ' in metres, and so are odom, speed and a path from the heading. Unless the codes come'
-        ' from the turns (auto), it requires a focal length. 0 if unknown.', unit='m',
-        minimum=0.0, maximum=100.0, read_only=True, group=Group.USER)
+        f' in metres, and so are odom, speed and a path from the heading. {_NEEDS_LENS} 0 if'
+        ' unknown.', unit='m', minimum=0.0, maximum=100.0, read_only=True, group=Group.USER)
     camera_height_deviation: float = parameter(
         0.04, 'Standard deviation of camera_height, as a fraction of it. It is part of the'
         ' variances of odom and speed.', minimum=0.0, maximum=1.0, read_only=True)
@@ -111,9 +112,8 @@ class Parameters:
     code_step: float = parameter(
         0.0, 'Length of a link of the chain code of equal links, which has one direction per link'
         ' at any speed. In metres if camera_height or a speed is known, else in camera heights.'
-        ' Unless the codes come from the turns (auto), it requires a focal length. At least 0.1;'
-        ' 0 makes no links.', minimum=0.0,
-        maximum=1000.0, read_only=True, group=Group.VEHICLE)
+        f' {_NEEDS_LENS} At least 0.1; 0 makes no links.', minimum=0.0, maximum=1000.0,
+        read_only=True, group=Group.VEHICLE)
     rotate_180: bool = parameter(
         False, 'Whether the camera is mounted upside down.', group=Group.USER)
     max_gap: float = parameter(
@@ -137,8 +137,7 @@ class Parameters:
         choices=tuple(each.value for each in PathSource), read_only=True)
     speed: float = parameter(
         0.0, 'Speed of the vehicle, if it is constant. With it, odom and a path from the heading'
-        ' are in metres. Unless the codes come from the turns (auto), it requires a focal length.'
-        ' 0 if unknown.', unit='m/s',
+        f' are in metres. {_NEEDS_LENS} 0 if unknown.', unit='m/s',
         minimum=0.0, maximum=MAX_SPEED, read_only=True, group=Group.VEHICLE)
     use_speed_topic: bool = parameter(
         False, 'Whether the topic speed provides the speed of the vehicle, instead of the'

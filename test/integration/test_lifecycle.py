@@ -5,7 +5,7 @@
 import json
 
 from lifecycle_msgs.msg import State, Transition
-from lifecycle_msgs.srv import ChangeState, GetState
+from lifecycle_msgs.srv import GetState
 from live import image, LATCHED, SHIFT, stop
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ SECOND = 1_000_000_000
 
 @pytest.fixture
 def managed(live):
-    """Return the means to start a managed node, to ask its state and to change it."""
+    """Return the means to start a managed node, and to ask its state."""
     class Managed:
 
         def start(self, *arguments):
@@ -29,10 +29,6 @@ def managed(live):
         def state(self):
             return live.call(
                 GetState, '/phase_traj/get_state', GetState.Request()).current_state.id
-
-        def change(self, transition):
-            request = ChangeState.Request(transition=Transition(id=transition))
-            return live.call(ChangeState, '/phase_traj/change_state', request).success
 
     return Managed()
 
@@ -52,7 +48,7 @@ def work(live, managed, start_ns):
     """Activate, show five images, look at what comes of them, deactivate."""
     movement = live.listen(UInt8, 'phase_traj/movement')
     texts = live.listen(String, 'phase_traj/chain_code', LATCHED)
-    assert managed.change(Transition.TRANSITION_ACTIVATE)
+    assert live.change_state(Transition.TRANSITION_ACTIVATE)
     assert managed.state() == State.PRIMARY_STATE_ACTIVE
     camera = live.camera()
     live.until(lambda: texts and texts[-1].data.startswith('frames 0;'))
@@ -60,7 +56,7 @@ def work(live, managed, start_ns):
     live.until(lambda: len(movement) == 4, process=managed.process)
     # Each activation starts anew: its first pair is forward.
     assert [each.data for each in movement] == [1, 0, 3, 1]
-    assert managed.change(Transition.TRANSITION_DEACTIVATE)
+    assert live.change_state(Transition.TRANSITION_DEACTIVATE)
     live.until(lambda: camera.get_subscription_count() == 0)
     live.node.destroy_publisher(camera)
     for subscription in list(live.node.subscriptions):
@@ -72,12 +68,12 @@ def test_configure_activate_deactivate_cleanup_and_again(live, managed):
     assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
     for start_ns in (100 * SECOND, 200 * SECOND):
         assert '/phase_traj/movement' not in topics(live)
-        assert managed.change(Transition.TRANSITION_CONFIGURE)
+        assert live.change_state(Transition.TRANSITION_CONFIGURE)
         live.until(lambda: '/phase_traj/movement' in topics(live))
         assert live.node.count_subscribers('/image') == 0
         work(live, managed, start_ns)
         work(live, managed, start_ns + 10 * SECOND)
-        assert managed.change(Transition.TRANSITION_CLEANUP)
+        assert live.change_state(Transition.TRANSITION_CLEANUP)
         live.until(lambda: '/phase_traj/movement' not in topics(live))
     assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
     assert stop(managed.process) == 0
@@ -86,7 +82,7 @@ def test_configure_activate_deactivate_cleanup_and_again(live, managed):
 
 def test_an_inactive_node_takes_a_threshold_and_saves_its_drive(live, managed, tmp_path):
     managed.start('-p', 'code_source:=auto', '-p', f'output_dir:={tmp_path}')
-    assert managed.change(Transition.TRANSITION_CONFIGURE)
+    assert live.change_state(Transition.TRANSITION_CONFIGURE)
     assert live.set_parameter('threshold', 16.0).successful
     work(live, managed, 100 * SECOND)
     assert live.set_parameter('threshold', 60.0).successful
@@ -103,7 +99,7 @@ def test_an_inactive_node_takes_a_threshold_and_saves_its_drive(live, managed, t
 
 def test_what_cannot_be_configured_stays_unconfigured(live, managed):
     managed.start('-p', 'mask_file:=/does/not/exist.png')
-    assert not managed.change(Transition.TRANSITION_CONFIGURE)
+    assert not live.change_state(Transition.TRANSITION_CONFIGURE)
     assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
     live.until_said('/does/not/exist.png')
     assert topics(live) & {'/phase_traj/movement', '/phase_traj/path'} == set()
@@ -111,9 +107,9 @@ def test_what_cannot_be_configured_stays_unconfigured(live, managed):
 
 def test_shutdown_ends_it_whatever_it_does(live, managed):
     managed.start()
-    assert managed.change(Transition.TRANSITION_CONFIGURE)
-    assert managed.change(Transition.TRANSITION_ACTIVATE)
-    assert managed.change(Transition.TRANSITION_ACTIVE_SHUTDOWN)
+    assert live.change_state(Transition.TRANSITION_CONFIGURE)
+    assert live.change_state(Transition.TRANSITION_ACTIVATE)
+    assert live.change_state(Transition.TRANSITION_ACTIVE_SHUTDOWN)
     assert managed.state() == State.PRIMARY_STATE_FINALIZED
     assert stop(managed.process) == 0
 
@@ -121,13 +117,13 @@ def test_shutdown_ends_it_whatever_it_does(live, managed):
 def test_it_lives_on_after_what_once_killed_it(live, managed):
     managed.start()
     live.until_said('unconfigured: ros2 lifecycle set /phase_traj configure')
-    assert not managed.change(Transition.TRANSITION_ACTIVATE)
+    assert not live.change_state(Transition.TRANSITION_ACTIVATE)
     for _ in range(2):
-        assert managed.change(Transition.TRANSITION_CONFIGURE)
-        assert managed.change(Transition.TRANSITION_CLEANUP)
+        assert live.change_state(Transition.TRANSITION_CONFIGURE)
+        assert live.change_state(Transition.TRANSITION_CLEANUP)
         assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
-    assert managed.change(Transition.TRANSITION_CONFIGURE)
-    assert managed.change(Transition.TRANSITION_INACTIVE_SHUTDOWN)
+    assert live.change_state(Transition.TRANSITION_CONFIGURE)
+    assert live.change_state(Transition.TRANSITION_INACTIVE_SHUTDOWN)
     assert managed.state() == State.PRIMARY_STATE_FINALIZED
     assert stop(managed.process) == 0
     assert 'Traceback' not in live.logs()

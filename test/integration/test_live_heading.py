@@ -21,7 +21,6 @@ from geometry_msgs.msg import (
 )
 from half_size import half_demo
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 from live import image, LATCHED, LOSSLESS
 from nav_msgs.msg import Odometry, Path
 import numpy as np
@@ -338,11 +337,6 @@ def test_a_threshold_at_run_time_is_the_papers_rule(live, drive):
     node = live.start('-p', f'focal_px:={drive.camera.focal}', '-p', 'lens_offset:=0.0001')
     heard = heard_of(live, 'movement', 'direction', 'shift')
     camera = live.camera()
-
-    def change(transition):
-        request = ChangeState.Request(transition=Transition(id=transition))
-        assert live.call(ChangeState, '/phase_traj/change_state', request).success
-
     # Up to the end of the first turn.
     images = [
         StampedFrame(frame, stamp, 'mono8')
@@ -352,9 +346,9 @@ def test_a_threshold_at_run_time_is_the_papers_rule(live, drive):
             # No parameter restarts the codes of an active node.
             refused = live.set_parameter('threshold', threshold)
             assert not refused.successful and 'while the node is inactive' in refused.reason
-        change(Transition.TRANSITION_DEACTIVATE)
+        assert live.change_state(Transition.TRANSITION_DEACTIVATE)
         assert live.set_parameter('threshold', threshold).successful
-        change(Transition.TRANSITION_ACTIVATE)
+        assert live.change_state(Transition.TRANSITION_ACTIVATE)
         live.until(lambda: camera.get_subscription_count() == 1, process=node)
         for messages in heard.values():
             messages.clear()

@@ -30,6 +30,7 @@ from std_msgs.msg import String
     (['--ros-args', '-p', 'publish_tf:=true', '-p', 'child_frame_id:=phase_traj'],
      "'frame_id' and 'child_frame_id' are both 'phase_traj'"),
     (['--ros-args', '-p', 'frame_id:=/map'], "'frame_id' is '/map'"),
+    (['--ros-args', '-p', 'use_sim_time:=7'], "'use_sim_time'"),
     (['--ros-args', '-r', 'image:=/front-camera/image'],
      "'image:=/front-camera/image' is not valid: write '-r FROM:=TO'"),
     (['--ros-args', '-r', 'image=/camera'],

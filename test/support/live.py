@@ -8,6 +8,8 @@ import subprocess
 import sys
 import time
 
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 import numpy as np
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from phase_traj_ros.ros.playback.children import start_child
@@ -136,6 +138,11 @@ class Live:
                         return answer.result()
             again_s = 3.0
         raise AssertionError(f'no answer from {service}')
+
+    def change_state(self, transition):
+        """Ask the node under test for a transition; return whether it was made."""
+        request = ChangeState.Request(transition=Transition(id=transition))
+        return self.call(ChangeState, '/phase_traj/change_state', request).success
 
     def set_parameter(self, name, value):
         """Set one parameter of the node under test; return the result."""

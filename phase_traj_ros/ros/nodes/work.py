@@ -121,7 +121,6 @@ class Work:
         """
         if self._estimator.frames:
             self.restart()
-        self._active = True
         self._camera = self._speed = None
         node, values = self._node, self.mounting.parameters
         # The executor delivers simultaneous messages in the order of subscription.
@@ -142,6 +141,7 @@ class Work:
                 node, listening, self._health, images, self._estimator,
                 None if location is None else location.report)
             fix = [] if location is None else [location.listen(listening)]
+        self._active = True
         topics = [each.topic for each in (images, self._camera, self._speed) if each is not None]
         node.get_logger().info(
             f'listening to {", ".join([*topics, *fix])}, codes from the {self._coded_from()},'

@@ -46,11 +46,9 @@ def _answers(node: Node, name: str, stop: Event, settled: float) -> bool:
             return False
         for _ in range(_ASKED):
             # A response is lost if the node receives the request before it discovers the client.
-            answer, answered = client.call_async(GetParameterTypes.Request()), Event()
-            answer.add_done_callback(lambda _, answered=answered: answered.set())
-            if answered.wait(_ASK_AGAIN_S):
+            request = GetParameterTypes.Request()
+            if client.call(request, timeout_sec=_ASK_AGAIN_S) is not None:
                 return True
-            client.remove_pending_request(answer)
             if stop.is_set():
                 break
         return False

@@ -103,7 +103,7 @@ class FramePlayer(Node):
         if self._calibrations is not None and self._lossless:
             # A node that is known by now has the camera before the first image.
             self._publish_camera(Header(frame_id=CAMERA_FRAME))
-            self._acknowledged(self._calibrations, stop)
+            self._wait_until_acknowledged(self._calibrations, stop)
         began, first_ns, previous_ns = time.monotonic(), 0, None
         for frame in frames:
             if previous_ns is None or frame.stamp_ns < previous_ns:
@@ -118,7 +118,7 @@ class FramePlayer(Node):
 
     def wait_for_acknowledgement(self, stop: Event) -> None:
         """
-        Wait until every subscriber has received all images, if they are lossless, or a stop.
+        Wait until every subscriber has received all lossless images, or ``stop`` is set.
 
         Raises
         ------
@@ -126,13 +126,13 @@ class FramePlayer(Node):
             A subscriber has not acknowledged all images within half a minute.
 
         """
-        if not self._acknowledged(self._images, stop) and not stop.is_set():
+        if not self._wait_until_acknowledged(self._images, stop) and not stop.is_set():
             raise OutputError(
                 f'a subscriber of {self.topic} has not acknowledged all frames'
                 f' within {_ACKNOWLEDGE_S} s')
 
-    def _acknowledged(self, publisher: Publisher, stop: Event) -> bool:
-        """Return whether all messages have arrived, within half a minute or until a stop."""
+    def _wait_until_acknowledged(self, publisher: Publisher, stop: Event) -> bool:
+        """Return whether all messages arrive within half a minute, before ``stop`` is set."""
         deadline = time.monotonic() + _ACKNOWLEDGE_S
         # No other thread runs, and no signal is seen, while rclpy waits.
         while not publisher.wait_for_all_acked(Duration(seconds=_POLL_S)):
