@@ -53,7 +53,8 @@ class TurnFit:
     cost
         Mean cost of an observation: 1 or 2 for a static scene and a lens of the family.
     down
-        Axis of the turn, downward, (3,), in image axes (x right, y down, z forward).
+        Downward direction, (3,), in image axes (x right, y down, z forward): the axis of the turn,
+        perpendicular to the direction of travel.
     angle
         Rotation of the camera in radians, positive to the left.
     point_costs
@@ -190,7 +191,7 @@ class _Problem:
         log_focal, straightness, column = state.lens.tolist()
         return TurnFit(
             log_focal, straightness, column, covariance,
-            self.cost(state) / len(self._observations), axis / angle, angle,
+            self.cost(state) / len(self._observations), _down(state, axis / angle), angle,
             np.add.reduceat(self._costs(state), self._starts) / np.bincount(self._point),
             ambiguous)
 
@@ -322,6 +323,16 @@ class _Problem:
         off = straightness - TUNING.prior_straightness
         lens = (0.0, off / TUNING.straightness_deviation ** 2, normal[2, 2] * column)
         return normal, np.concatenate([lens, matvec(jacobian.T, residuals.ravel())])
+
+
+def _down(state: _State, axis: Numbers) -> Numbers:
+    """Return the axis of a turn, (3,) downward, perpendicular to the direction of travel."""
+    # The lean of a vehicle that changes within the turn tilts the axis forwards or backwards.
+    moved = batch_matvec(state.attitude[1:] + state.attitude[:-1], np.diff(state.position, axis=0))
+    travel = moved.sum(axis=0)
+    travel /= np.linalg.norm(travel)
+    down = axis - (axis @ travel) * travel
+    return np.asarray(down / np.linalg.norm(down), np.float64)
 
 
 def _updated(state: _State, step: Numbers, depth_step: Numbers) -> _State:

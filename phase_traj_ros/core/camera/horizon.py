@@ -39,9 +39,10 @@ class Horizon:
         horizon = self
         if pitch_deg:
             horizon = replace(
-                horizon, pitch=math.radians(pitch_deg), pitch_deviation=TUNING.given_pitch)
+                horizon, pitch=math.radians(pitch_deg), pitch_deviation=TUNING.given_tilt)
         if roll_deg:
-            horizon = replace(horizon, roll=math.radians(roll_deg), roll_deviation=0.0)
+            horizon = replace(
+                horizon, roll=math.radians(roll_deg), roll_deviation=TUNING.given_tilt)
         return horizon
 
     def degrees(self) -> dict[str, float]:

@@ -76,8 +76,8 @@ class CameraTuning:
     """Prior standard deviation of the pitch, as most cameras are mounted nearly level, ..."""
     roll_deviation: float = math.radians(3.0)
     """...and of the roll."""
-    given_pitch: float = math.radians(1.0)
-    """Standard deviation of a pitch that a user or a description of the vehicle gives."""
+    given_tilt: float = math.radians(1.0)
+    """Standard deviation of a pitch or roll that a user or a description of the vehicle gives."""
     turn_pitch: float = math.radians(1.0)
     """Standard deviations of the axis of a turn from the vertical, as vehicles and roads lean: in
     pitch, ..."""

@@ -16,6 +16,7 @@ from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.frames.pixel_weights import PixelWeights, upright
+from phase_traj_ros.core.rotation.camera_roll import CameraRoll
 from phase_traj_ros.core.rotation.focus_of_expansion import Mounting
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
@@ -90,14 +91,20 @@ class YawCamera:
         """
         Return the cosine of the angle between the vertical image axis and the vertical.
 
-        A tilted camera measures only this fraction of a turn as yaw. The pitch of a calibrated
-        camera is that of the direction of travel. A camera that is learned from turns is learned
-        with its pitch.
+        A tilted camera measures only this fraction of a turn as yaw. The roll is the current one.
+        The pitch of a calibrated camera is that of the direction of travel; a camera that is
+        learned from turns is learned with its pitch.
         """
         calibrated = self.lens.origin in (LensOrigin.GIVEN, LensOrigin.CALIBRATION)
-        if self._meter is None or not calibrated:
+        if self._meter is None:
             return self.lens.tilt
-        return math.cos(self.lens.horizon.roll) * self._meter.mounting.level
+        level = self._meter.mounting.level if calibrated else math.cos(self.lens.horizon.pitch)
+        return math.cos(self.roll.current) * level
+
+    @property
+    def roll(self) -> CameraRoll:
+        """Return the roll of the camera relative to the road."""
+        return CameraRoll(self.lens.horizon) if self._meter is None else self._meter.roll
 
     @property
     def azimuth(self) -> float:
@@ -285,7 +292,8 @@ class YawCamera:
         before = self._meter if lens.horizon == self.lens.horizon else None
         meter = YawMeter(
             projection, mask=self._weights.mask, keyframes=self._keyframes,
-            mounting=Mounting(lens.horizon) if before is None else before.mounting)
+            mounting=Mounting(lens.horizon) if before is None else before.mounting,
+            roll=before.roll if before else CameraRoll(lens.horizon, lean=self.roll.lean))
         if self._weights.keep_for(frame.shape):
             meter.use_mask(self._weights.current)
         self._focal = (camera.fx, camera.fy)

@@ -112,14 +112,18 @@ class GroundPatch:
         return patch
 
     def derotated(
-        self, patch: NDArray[np.float32], turn: NDArray[np.float64],
+        self, patch: NDArray[np.float32], turn: NDArray[np.float64], roll: float = 0.0,
     ) -> NDArray[np.float32]:
         """
         Return a patch (M, N) with a rotation of the camera removed.
 
         ``turn`` is the rotation (3, 3) of directions in the image axes, from before to after.
+        ``roll`` is that before, relative to the patch, in radians, positive right side down.
         """
         level = self._levelling @ turn @ self._levelling.T
+        if roll:
+            sine, cosine = math.sin(roll), math.cos(roll)
+            level = level @ [[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]
         homography = self._from_road @ level @ self._to_road
         return cv2.warpPerspective(  # type: ignore[return-value]
             patch, homography, (patch.shape[1], patch.shape[0]),

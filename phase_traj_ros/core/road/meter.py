@@ -53,6 +53,7 @@ class RoadMeter:
         """Speed of the vehicle."""
         self._matchers: tuple[PatchMatcher, ...] | None = None
         self._azimuth = self._mean_pitch_rate = 0.0
+        self._roll = horizon.roll
         # Azimuth and pitch with which the patches were made.
         self._assumed_azimuth = self._assumed = 0.0
         self._key_frame: Frame | None = None
@@ -82,12 +83,12 @@ class RoadMeter:
         """Add a frame that is the first of a pair."""
         self._key_frame, self._key = frame, RoadKeyframe()
         for matcher in self._matchers or ():
-            matcher.restart(frame)
+            matcher.restart(frame, self._lean)
 
     def update(
         self, frame: Frame, interval: float, motion: CameraMotion | None, *,
-        yaw: float | None = None, azimuth: float = 0.0, still: bool = False,
-        interval_deviation: float = 0.0,
+        yaw: float | None = None, azimuth: float = 0.0, roll: float | None = None,
+        still: bool = False, interval_deviation: float = 0.0,
     ) -> Travel:
         """
         Add the next frame, (H, W), and return the distance of its pair in camera heights.
@@ -96,10 +97,12 @@ class RoadMeter:
         seconds, above 0, with the standard deviation ``interval_deviation``. ``motion`` is that of
         the camera, None if the blocks do not agree, such as in reverse; then the ``yaw`` in
         radians is used, if known. A vehicle that drives straight ahead travels at this ``azimuth``
-        of the camera, in radians, positive to the right. ``still`` is whether the vehicle is known
-        to stand.
+        of the camera, in radians, positive to the right. ``roll`` is the current roll of the
+        camera relative to the road, in radians, positive right side down; None if it is that of
+        the horizon. ``still`` is whether the vehicle is known to stand.
         """
         self._azimuth = azimuth
+        self._roll = self._horizon.roll if roll is None else roll
         self.speed_filter.predict(interval, interval_deviation=interval_deviation)
         self.tilt.predict(interval)
         self._profile.predict(interval)
@@ -110,9 +113,9 @@ class RoadMeter:
             driven = self.speed_filter.speed * max(motion.age, interval)
             speeds = self.speed_filter
             if not speeds.known or speeds.doubtful or driven > TUNING.min_slide:
-                travel = motion.travel
+                travel, level = motion.travel, replace(self._horizon, roll=self._roll)
                 self.tilt.add(
-                    self._horizon.pitch_along(travel.course, travel.slope), travel.slope_variance)
+                    level.pitch_along(travel.course, travel.slope), travel.slope_variance)
             turn = (motion.yaw, self._pitch_change(motion, interval), motion.roll)
         elif yaw is not None:
             turn = (yaw, 0.0, 0.0)
@@ -216,15 +219,15 @@ class RoadMeter:
         for matcher in self._matchers or ():
             if moved_on:
                 matcher.learn()
-            matcher.set_reference()
+            matcher.set_reference(self._lean)
         self._key_frame, self._key = frame, RoadKeyframe()
 
     def _pitch_change(self, motion: CameraMotion, interval: float) -> float:
         """Return the change of the pitch of the camera relative to the road."""
         # The suspension oscillates. A lasting pitch rate comes from a vertical curve of the road,
-        # which the vehicle follows, or from an error of the blocks. The turn of a camera that is
-        # mounted with a roll is in part a pitch, too, but no curve of the road.
-        turned = -motion.yaw * math.tan(self._horizon.roll)
+        # which the vehicle follows, or from an error of the blocks. The turn of a camera with a
+        # roll is in part a pitch, too, but no curve of the road.
+        turned = -motion.yaw * math.tan(self._roll)
         share = 1.0 - math.exp(-interval / TUNING.grade_time)
         self._mean_pitch_rate += share * (
             (motion.pitch - turned) / interval - self._mean_pitch_rate)
@@ -302,6 +305,12 @@ class RoadMeter:
         """Return the factor by which a slide is too large, as the pitch has changed."""
         return math.exp(2.0 * depth * (self.tilt.pitch - self._assumed))
 
+    @property
+    def _lean(self) -> float:
+        """Return the roll relative to that of the patches; 0 if it makes no difference."""
+        lean = self._roll - self._horizon.roll
+        return lean if abs(lean) > TUNING.min_lean else 0.0
+
     def _bridge_keyframe(self, interval: float) -> Travel:
         """Bridge a pair whose distance is measured with a later frame."""
         travel = self.speed_filter.bridge(interval, self._measured)
@@ -322,4 +331,4 @@ class RoadMeter:
             PatchMatcher(patch) for patch in patches if patch.share > TUNING.min_seen)
         if self._key_frame is not None:
             for matcher in self._matchers:
-                matcher.restart(self._key_frame)
+                matcher.restart(self._key_frame, self._lean)

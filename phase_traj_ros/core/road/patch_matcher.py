@@ -56,6 +56,8 @@ class PatchMatcher:
             PatchCorrelator(patch.window, blur_cells=patch.blur_cells) for _ in range(2))
         # The patches of the newest three frames.
         self._newest: deque[NDArray[np.float32]] = deque(maxlen=3)
+        # Roll of the reference relative to the patch, in radians.
+        self._roll = 0.0
         # Mean of the newest patches of a moving road, and their number.
         self._pattern, self._patches = np.zeros(patch.shape, np.float32), 0
 
@@ -63,19 +65,24 @@ class PatchMatcher:
         """Project a frame (H, W) to the patch, which becomes the newest one."""
         self._newest.append(self._patch(frame))
 
-    def restart(self, frame: Frame) -> None:
+    def restart(self, frame: Frame, roll: float = 0.0) -> None:
         """Project the first frame of a pair (H, W), and make it the reference."""
         self._newest.clear()
         self.project(frame)
-        self.set_reference()
+        self.set_reference(roll)
 
     def compare(self, turn: NDArray[np.float64]) -> None:
         """Compare the newest patch with the reference; ``turn`` (3, 3) is the rotation since."""
-        self._correlator.compare(self._patch.derotated(self._without_fixed, turn))
+        self._correlator.compare(self._patch.derotated(self._without_fixed, turn, self._roll))
 
-    def set_reference(self) -> None:
-        """Make the newest patch the reference for the next ones."""
-        self._correlator.set_reference(self._without_fixed)
+    def set_reference(self, roll: float = 0.0) -> None:
+        """
+        Make the newest patch the reference for the next ones.
+
+        ``roll`` is that of its frame, relative to the patch, in radians, positive right side down.
+        """
+        self._roll = roll
+        self._correlator.set_reference(self._upright(self._without_fixed))
 
     def learn(self) -> None:
         """Add the newest patch, on which the road has moved, to the mean pattern."""
@@ -125,8 +132,8 @@ class PatchMatcher:
         if len(self._newest) < 3:
             return np.full(len(ways), np.nan)
         first, second, third = self._newest
-        self._change_correlator.set_reference(second - first)
-        self._change_correlator.compare(self._patch.derotated(third - second, turn))
+        self._change_correlator.set_reference(self._upright(second - first))
+        self._change_correlator.compare(self._patch.derotated(third - second, turn, self._roll))
         return self._change_correlator.scores_at(ways * scale / CELL)
 
     def is_rivalled(self, found: RoadSlide | None) -> bool:
@@ -147,6 +154,9 @@ class PatchMatcher:
         peaks = filter(None, [self._correlator.peak(*place) for place in places])
         peak = max(peaks, key=lambda each: each.score, default=None)
         return peak if peak or key.drives else self._correlator.peak(least, most)
+
+    def _upright(self, patch: NDArray[np.float32]) -> NDArray[np.float32]:
+        return self._patch.derotated(patch, np.eye(3), self._roll) if self._roll else patch
 
     @property
     def _without_fixed(self) -> NDArray[np.float32]:

@@ -48,8 +48,8 @@ class RoadCamera:
         """
         travel = self._follow(camera, frame).update(
             frame, interval, None if yaw is None else yaw.motion,
-            yaw=None if yaw is None else yaw.yaw, azimuth=camera.azimuth, still=still,
-            interval_deviation=interval_deviation)
+            yaw=None if yaw is None else yaw.yaw, azimuth=camera.azimuth, roll=camera.roll.current,
+            still=still, interval_deviation=interval_deviation)
         self._newest = frame
         return travel.scaled(1.0, camera.lens.focal_deviation)
 

@@ -102,6 +102,8 @@ class RoadTuning:
     """...and largest error of the pitch before the patches are made again, ..."""
     max_azimuth_error: float = math.radians(2.0)
     """...and of their azimuth: it shortens the distance by 0.06 %."""
+    min_lean: float = math.radians(1.0)
+    """Least roll relative to that of the patches that is removed from them."""
     min_slide: float = 0.1
     """Least slide of a pair for the estimation of the pitch."""
     suspension_pitch: float = math.radians(0.4)

@@ -127,6 +127,17 @@ class YawTuning:
     min_passing: float = 0.01
     """...and moves above this median of the translation divided by the distance of the blocks."""
 
+    # The roll of the camera.
+    lean_deviation: float = math.radians(2.0)
+    """Standard deviation of the lean of a vehicle..."""
+    lean_time_s: float = 10.0
+    """...which is upright again within this time, unless it turns."""
+    pitch_walk: float = math.radians(1.2)
+    """Standard deviation of the change of the pitch within a second, other than by the turn of a
+    camera with a roll: on KITTI, the roll from a turn of 90 degrees errs by this."""
+    max_roll: float = math.radians(70.0)
+    """Largest roll with which the pitch in a turn is compared."""
+
     # The shift of the image as a whole, by phase correlation.
     shift_px_per_rad: float = 288.0
     """A picture with more pixels per radian is correlated at half its size."""

@@ -14,10 +14,12 @@ from typing import cast
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.rotation.block_matcher import BlockMatcher, Keyframe, Match
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
+from phase_traj_ros.core.rotation.camera_roll import CameraRoll
 from phase_traj_ros.core.rotation.cross_traffic import CrossTraffic
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.rotation.scanline import Scanline
@@ -81,13 +83,15 @@ class YawMeter:
     def __init__(
         self, projection: CylinderProjection, *, mask: NDArray[np.float32] | None = None,
         keyframes: bool = True, mounting: Mounting | None = None,
+        roll: CameraRoll | None = None,
     ) -> None:
         """
         Make a meter for frames of the size of ``projection``.
 
         ``mask`` is the weight of each pixel of the frames, (H, W), 0 to 1; None if all count
         equally. Without ``keyframes``, each frame is compared with its predecessor. The slope of
-        ``mounting`` is that of the camera, if it is known from earlier frames.
+        ``mounting`` and the ``roll`` are those of the camera, if they are known from earlier
+        frames.
 
         Raises
         ------
@@ -99,6 +103,8 @@ class YawMeter:
         self._keyframes = keyframes
         self.mounting = mounting or Mounting()
         """Direction in which a vehicle with this camera drives straight ahead."""
+        self.roll = roll or CameraRoll(Horizon())
+        """Roll of the camera relative to the road."""
         mask, counts = self._projected(mask)
         self._matcher = BlockMatcher(projection, counts)
         self._whole_shift = WholeShift(projection, mask)
@@ -108,7 +114,7 @@ class YawMeter:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything but the pitch of the camera: the next frame is the first."""
+        """Forget everything but the tilt of the camera: the next frame is the first."""
         self._whole_shift.correlator.reset()
         self._matcher.grid.forget()
         self._previous: NDArray[np.uint8] | None = None
@@ -123,6 +129,7 @@ class YawMeter:
         self._traffic.reset()
         self._stood = False
         self.mounting = self.mounting.without_azimuth()
+        self.roll.forget_lean()
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """
@@ -191,6 +198,7 @@ class YawMeter:
             self._key, self._rate = self._matcher.keyframe(current, FocusOfExpansion()), 0.0
             return None
         key.age += interval
+        self.roll.predict(interval)
         self._stood = stood
         match = self._match_keyframe(key, previous, current, shift, interval)
         if match is None or not match.motion.holds(TUNING.confirmed_share):
@@ -271,6 +279,8 @@ class YawMeter:
             # The direction of travel could diverge if few blocks agree.
             key.travel = (motion.travel if motion.certain
                           else motion.travel.limited(self._rate, self.mounting))
+        if motion.certain and not self._is_traffic:
+            self.roll.add(pair, interval, self.mounting.slope)
         if motion.passing > TUNING.min_passing and not self._is_traffic:
             self.mounting.add(motion.travel, interval, self._rate)
         return YawMeasurement(

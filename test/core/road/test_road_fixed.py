@@ -128,7 +128,7 @@ class Flat(SimpleNamespace):
     def __call__(self, frame):
         return frame
 
-    def derotated(self, patch, _):
+    def derotated(self, patch, _, roll=0.0):
         return patch
 
 
