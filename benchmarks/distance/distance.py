@@ -85,7 +85,8 @@ _WHOLE_TEXT = """
     direction that the camera is mounted in (0.5 degrees), as a rendered camera has neither.
     """
 _OTHER_TEXT = """
-    The camera looks down by 1 degree, which is not told, and *aside* by some more.
+    The camera looks down by 1 degree, which is not told, and nor is what it points *aside*, its
+    roll, or that the bicycle leans, by up to 18 degrees.
     """
 _BREAKS_TEXT = """
     The lorry hides the road from 8 m on; on the wet night a tenth of the light is
@@ -185,6 +186,9 @@ def other() -> Iterator[Row]:
         yield follow(drives.block(camera), rendered=True)
     for aside_deg in (10.0, -20.0):
         yield follow(drives.block(aside_deg=aside_deg), rendered=True)
+    for roll_deg in (3.0, -6.0):
+        yield follow(drives.block(roll_deg=roll_deg), rendered=True)
+    yield follow(drives.bicycle(), rendered=True)
 
 
 def breaks() -> Iterator[Row]:

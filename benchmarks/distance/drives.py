@@ -79,17 +79,31 @@ def stop_and_go() -> Ride:
         Turn(90, 4, 4), Straight(3, 0), Straight(3)], 9.0)
 
 
-def block(camera: str = '1241×376, 82°, 10 Hz', *, aside_deg: float = 0.0) -> Ride:
+def block(
+    camera: str = '1241×376, 82°, 10 Hz', *, aside_deg: float = 0.0, roll_deg: float = 0.0,
+) -> Ride:
     """
     Return a drive around a block as seen by one of the cameras, which looks down slightly.
 
-    The camera points ``aside_deg`` to the left.
+    The camera points ``aside_deg`` to the left, and rolls by ``roll_deg``, positive right side
+    down.
     """
     lens, rate_hz = CAMERAS[camera]
-    name = f'block, {camera}' + (f', {aside_deg:.0f}° aside' if aside_deg else '')
-    ride = _planned(name, BLOCK, 9.0, lens, rate_hz, aside=np.radians(aside_deg))
+    name = f'block, {camera}' + (f', {aside_deg:.0f}° aside' if aside_deg else '') + (
+        f', roll of {roll_deg:.0f}°' if roll_deg else '')
+    ride = _planned(
+        name, BLOCK, 9.0, lens, rate_hz, aside=np.radians(aside_deg), roll=np.radians(roll_deg))
     # The true path is that of the vehicle.
     return replace(ride, yaw=ride.yaw - np.radians(aside_deg))
+
+
+def bicycle() -> Ride:
+    """Return a ride around corners on a bicycle, which leans to the inside by up to 18 degrees."""
+    corner = Turn(90, 3, 4.5)
+    return _planned(
+        'bicycle', [Straight(3), corner, Straight(3), replace(corner, angle_deg=-90), Straight(3),
+                    corner, Straight(3)],
+        5.5, Camera.with_field_of_view(640, 480, 70), 15.0, balances=True)
 
 
 class FoundPath:
@@ -167,10 +181,14 @@ SPOILT: dict[str, Callable[[Frame], Frame]] = {
 
 def _planned(
     name: str, plan: list[Straight | Turn], speed: float, camera: Camera = KITTI_CAMERA,
-    rate_hz: float = 10.0, aside: float = 0.0,
+    rate_hz: float = 10.0, aside: float = 0.0, roll: float = 0.0, balances: bool = False,
 ) -> Ride:
     drive = plan_drive(name, plan, rate_hz=rate_hz, speed=speed, camera=camera, seed=17)
     poses = drive.poses.copy()
     poses[:, 2] += aside
     poses[:, 3] += MOUNTED
+    poses[:, 4] += roll
+    if balances:
+        across = np.hypot(*np.gradient(poses[:, :2], axis=0).T) * np.gradient(poses[:, 2])
+        poses[:, 4] -= np.arctan(across * rate_hz ** 2 / 9.81)
     return streamed(replace(drive, poses=poses))
