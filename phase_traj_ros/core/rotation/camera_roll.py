@@ -45,13 +45,16 @@ class CameraRoll:
         self._state[1] = self._covariance[0, 1] = self._covariance[1, 0] = 0.0
         self._covariance[1, 1] = TUNING.lean_deviation ** 2
 
-    def predict(self, interval: float) -> None:
-        """Predict ``interval`` seconds ahead."""
+    def predict(self, interval: float, yaw_rate: float) -> None:
+        """Predict ``interval`` seconds ahead, at a yaw rate in radians per second."""
         kept = math.exp(-interval / TUNING.lean_time_s)
-        self._state[1] *= kept
-        self._covariance[1] *= kept
-        self._covariance[:, 1] *= kept
-        self._covariance[1, 1] += (1.0 - kept * kept) * TUNING.lean_deviation ** 2
+        added = (1.0 - kept * kept) * TUNING.lean_deviation ** 2
+        if abs(yaw_rate) < TUNING.straight_yaw_rate:
+            # On a straight, a vehicle is upright: what seems to be a lean is the bank of the road.
+            self._state[1] *= kept
+            self._covariance[1] *= kept
+            self._covariance[:, 1] *= kept
+        self._covariance[1, 1] += added
 
     def add(self, motion: CameraMotion, interval: float, slope: float) -> None:
         """

@@ -131,7 +131,7 @@ class YawTuning:
     lean_deviation: float = math.radians(2.0)
     """Standard deviation of the lean of a vehicle..."""
     lean_time_s: float = 10.0
-    """...which is upright again within this time, unless it turns."""
+    """...which fades within this time on a straight."""
     pitch_walk: float = math.radians(1.2)
     """Standard deviation of the change of the pitch within a second, other than by the turn of a
     camera with a roll: on KITTI, the roll from a turn of 90 degrees errs by this."""

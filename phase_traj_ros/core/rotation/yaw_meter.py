@@ -198,7 +198,7 @@ class YawMeter:
             self._key, self._rate = self._matcher.keyframe(current, FocusOfExpansion()), 0.0
             return None
         key.age += interval
-        self.roll.predict(interval)
+        self.roll.predict(interval, self._rate)
         self._stood = stood
         match = self._match_keyframe(key, previous, current, shift, interval)
         if match is None or not match.motion.holds(TUNING.confirmed_share):
