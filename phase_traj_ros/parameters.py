@@ -98,7 +98,8 @@ class Parameters:
         unit='deg', minimum=-60.0, maximum=60.0, read_only=True)
     camera_roll_deg: float = parameter(
         0.0, 'Roll of the camera, positive right side down. 0 if unknown. The drive improves it.'
-        ' Used with a focal length or a calibration.', unit='deg', minimum=-60.0, maximum=60.0, read_only=True)
+        ' Used with a focal length or a calibration.',
+        unit='deg', minimum=-60.0, maximum=60.0, read_only=True)
     camera_height: float = parameter(
         0.0, 'Height of the camera above the road. With it, the distance measured on the road is'
         f' in metres, and so are odom, speed and a path from the heading. {_NEEDS_LENS} 0 if'

@@ -85,7 +85,7 @@ def test_a_bicycle_leans_in_a_turn(town, lean):
     turned, distance = followed(town, lean=lean)
     # Upright, it was up to 28 % too far, and 4 degrees of a right angle short.
     assert abs(distance) < 0.02
-    assert abs(turned) < 2.0
+    assert abs(turned) < 1.0
 
 
 @pytest.mark.parametrize(

@@ -188,10 +188,13 @@ class _Problem:
         angle = math.copysign(float(np.linalg.norm(axis)), float(axis[1]))
         if angle == 0.0 or not (np.isfinite(covariance).all() and covariance[0, 0] > 0.0):
             return None
+        down = _down(state, axis / angle)
+        if not np.isfinite(down).all():
+            return None
         log_focal, straightness, column = state.lens.tolist()
         return TurnFit(
             log_focal, straightness, column, covariance,
-            self.cost(state) / len(self._observations), _down(state, axis / angle), angle,
+            self.cost(state) / len(self._observations), down, angle,
             np.add.reduceat(self._costs(state), self._starts) / np.bincount(self._point),
             ambiguous)
 

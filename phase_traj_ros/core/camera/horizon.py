@@ -69,15 +69,20 @@ class Horizon:
         return np.stack([
             cosine * right - sine * ahead, down, sine * right + cosine * ahead])
 
-    def pitch_along(self, course: float, slope: float) -> float:
+    def pitch_along(
+        self, course: float, slope: float, *, azimuth: float = 0.0, lean: float = 0.0,
+    ) -> float:
         """
         Return the pitch of a camera with this roll whose direction of travel is level.
 
         The direction has the azimuth ``course``, in radians, positive to the right, and the
-        ``slope`` below the optical axis.
+        ``slope`` below the optical axis. The vehicle leans by ``lean``, in radians, positive right
+        side down, about the ``azimuth`` in which it drives straight ahead.
         """
         below = math.sin(course) * math.sin(self.roll) + slope * math.cos(self.roll)
-        return -math.atan2(below, math.cos(course))
+        ahead = math.cos(course)
+        lower = math.tan(lean) * math.sin(course - azimuth) / math.hypot(below, ahead)
+        return -math.atan2(below, ahead) - math.asin(min(max(lower, -1.0), 1.0))
 
 
 class HorizonEstimator:

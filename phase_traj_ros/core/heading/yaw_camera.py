@@ -278,7 +278,9 @@ class YawCamera:
         if not (guessed and self._shape):
             return 1.0
         width = self._shape[1]
-        return before.focal_for(width) / lens.focal_for(width) * before.tilt / lens.tilt
+        # Not the roll: the current one has been taken into account.
+        level, levelled = math.cos(lens.horizon.pitch), math.cos(before.horizon.pitch)
+        return before.focal_for(width) / lens.focal_for(width) * levelled / level
 
     def _make_meter(self, frame: NDArray[np.uint8], lens: Lens) -> YawMeter:
         if self._weights.mask is not None:
@@ -293,7 +295,8 @@ class YawCamera:
         meter = YawMeter(
             projection, mask=self._weights.mask, keyframes=self._keyframes,
             mounting=Mounting(lens.horizon) if before is None else before.mounting,
-            roll=before.roll if before else CameraRoll(lens.horizon, lean=self.roll.lean))
+            roll=before.roll if before else CameraRoll(
+                lens.horizon, lean=self.roll.current - lens.horizon.roll))
         if self._weights.keep_for(frame.shape):
             meter.use_mask(self._weights.current)
         self._focal = (camera.fx, camera.fy)

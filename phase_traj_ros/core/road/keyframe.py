@@ -3,6 +3,7 @@
 """The motion of the camera since the keyframe of the road."""
 
 from dataclasses import dataclass
+import math
 
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.tuning import TUNING
@@ -12,6 +13,8 @@ from phase_traj_ros.core.road.tuning import TUNING
 class RoadKeyframe:
     """Time, rotation and distance since the keyframe, in seconds, radians and camera heights."""
 
+    camera_roll: float = 0.0
+    """Roll of the camera at the keyframe, in radians, positive right side down."""
     age: float = 0.0
     yaw: float = 0.0
     """Positive to the left."""
@@ -39,6 +42,11 @@ class RoadKeyframe:
         self.pitch += pitch
         self.roll += roll
         self.age += interval
+
+    @property
+    def nod(self) -> float:
+        """Return the pitch without the part of a turn that a camera with a roll sees as one."""
+        return self.pitch + self.yaw * math.tan(self.camera_roll)
 
     @property
     def pitch_deviation(self) -> float:

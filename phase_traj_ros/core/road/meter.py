@@ -77,13 +77,16 @@ class RoadMeter:
         self.speed_filter.forget()
         self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
+        self._roll = self._horizon.roll
         self._key_frame, self._key = None, RoadKeyframe()
 
-    def start(self, frame: Frame) -> None:
-        """Add a frame that is the first of a pair."""
-        self._key_frame, self._key = frame, RoadKeyframe()
+    def start(self, frame: Frame, roll: float | None = None) -> None:
+        """Add a frame that is the first of a pair, with this ``roll`` (see ``update``)."""
+        if roll is not None:
+            self._roll = roll
+        self._key_frame, self._key = frame, RoadKeyframe(self._roll)
         for matcher in self._matchers or ():
-            matcher.restart(frame, self._lean)
+            matcher.restart(frame, self._lean(self._roll))
 
     def update(
         self, frame: Frame, interval: float, motion: CameraMotion | None, *,
@@ -113,9 +116,10 @@ class RoadMeter:
             driven = self.speed_filter.speed * max(motion.age, interval)
             speeds = self.speed_filter
             if not speeds.known or speeds.doubtful or driven > TUNING.min_slide:
-                travel, level = motion.travel, replace(self._horizon, roll=self._roll)
-                self.tilt.add(
-                    level.pitch_along(travel.course, travel.slope), travel.slope_variance)
+                travel = motion.travel
+                self.tilt.add(self._horizon.pitch_along(
+                    travel.course, travel.slope, azimuth=azimuth, lean=self._lean(self._roll)),
+                    travel.slope_variance)
             turn = (motion.yaw, self._pitch_change(motion, interval), motion.roll)
         elif yaw is not None:
             turn = (yaw, 0.0, 0.0)
@@ -145,7 +149,7 @@ class RoadMeter:
         since_key = rotation(key.yaw, key.pitch, key.roll)
         for matcher in self._matchers:
             matcher.project(frame)
-            matcher.compare(since_key)
+            matcher.compare(since_key, self._lean(key.camera_roll))
         found = self._slides(interval, self.speed_filter)
         rivals = [matcher.is_rivalled(each) for matcher, each in zip(self._matchers, found)]
         if any(rivals) or not any(found):
@@ -179,7 +183,8 @@ class RoadMeter:
         """Add the changes in the newest frames to the profile of the speed."""
         ways, turned = self._profile.speeds * interval, rotation(*turn)
         scores = np.array([
-            matcher.scores_of_changes(ways, turned, scale=self._slide_scale(matcher.depth))
+            matcher.scores_of_changes(ways, turned, scale=self._slide_scale(matcher.depth),
+                                      roll=self._lean(self._roll))
             for matcher in self._matchers or ()]).sum(axis=0)
         # Patterns that change their place a little make slides near 0.
         self._profile.add(scores, np.isfinite(scores) & (ways > TUNING.profile_begins))
@@ -219,8 +224,8 @@ class RoadMeter:
         for matcher in self._matchers or ():
             if moved_on:
                 matcher.learn()
-            matcher.set_reference(self._lean)
-        self._key_frame, self._key = frame, RoadKeyframe()
+            matcher.set_reference(self._lean(self._roll))
+        self._key_frame, self._key = frame, RoadKeyframe(self._roll)
 
     def _pitch_change(self, motion: CameraMotion, interval: float) -> float:
         """Return the change of the pitch of the camera relative to the road."""
@@ -305,10 +310,9 @@ class RoadMeter:
         """Return the factor by which a slide is too large, as the pitch has changed."""
         return math.exp(2.0 * depth * (self.tilt.pitch - self._assumed))
 
-    @property
-    def _lean(self) -> float:
-        """Return the roll relative to that of the patches; 0 if it makes no difference."""
-        lean = self._roll - self._horizon.roll
+    def _lean(self, roll: float) -> float:
+        """Return a roll relative to that of the patches; 0 if it makes no difference."""
+        lean = roll - self._horizon.roll
         return lean if abs(lean) > TUNING.min_lean else 0.0
 
     def _bridge_keyframe(self, interval: float) -> Travel:
@@ -331,4 +335,4 @@ class RoadMeter:
             PatchMatcher(patch) for patch in patches if patch.share > TUNING.min_seen)
         if self._key_frame is not None:
             for matcher in self._matchers:
-                matcher.restart(self._key_frame, self._lean)
+                matcher.restart(self._key_frame, self._lean(self._key.camera_roll))

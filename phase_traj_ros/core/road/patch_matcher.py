@@ -56,8 +56,6 @@ class PatchMatcher:
             PatchCorrelator(patch.window, blur_cells=patch.blur_cells) for _ in range(2))
         # The patches of the newest three frames.
         self._newest: deque[NDArray[np.float32]] = deque(maxlen=3)
-        # Roll of the reference relative to the patch, in radians.
-        self._roll = 0.0
         # Mean of the newest patches of a moving road, and their number.
         self._pattern, self._patches = np.zeros(patch.shape, np.float32), 0
 
@@ -71,9 +69,13 @@ class PatchMatcher:
         self.project(frame)
         self.set_reference(roll)
 
-    def compare(self, turn: NDArray[np.float64]) -> None:
-        """Compare the newest patch with the reference; ``turn`` (3, 3) is the rotation since."""
-        self._correlator.compare(self._patch.derotated(self._without_fixed, turn, self._roll))
+    def compare(self, turn: NDArray[np.float64], roll: float = 0.0) -> None:
+        """
+        Compare the newest patch with the reference, which has this ``roll``.
+
+        ``turn`` (3, 3) is the rotation since.
+        """
+        self._correlator.compare(self._patch.derotated(self._without_fixed, turn, roll))
 
     def set_reference(self, roll: float = 0.0) -> None:
         """
@@ -81,8 +83,7 @@ class PatchMatcher:
 
         ``roll`` is that of its frame, relative to the patch, in radians, positive right side down.
         """
-        self._roll = roll
-        self._correlator.set_reference(self._upright(self._without_fixed))
+        self._correlator.set_reference(self._upright(self._without_fixed, roll))
 
     def learn(self) -> None:
         """Add the newest patch, on which the road has moved, to the mean pattern."""
@@ -105,7 +106,7 @@ class PatchMatcher:
         """
         least, most = least * scale / CELL, min(most * scale / CELL, self._correlator.max_cells)
         # The compensation of the rotation moves a pattern that is fixed to the camera here.
-        pattern = -self._slide_per_pitch * key.pitch / CELL
+        pattern = -self._slide_per_pitch * key.nod / CELL
         below = min(pattern, 0.0) - TUNING.fixed_cells
         above = max(pattern, 0.0) + TUNING.fixed_cells
         peak = self._peak(least, most, below, above, key)
@@ -121,19 +122,20 @@ class PatchMatcher:
 
     def scores_of_changes(
         self, ways: NDArray[np.float64], turn: NDArray[np.float64], *, scale: float,
+        roll: float = 0.0,
     ) -> NDArray[np.float64]:
         """
         Return the scores of slides between the two newest frames, by what changes in each.
 
         The slides ``ways`` are (N,), in camera heights; ``turn`` (3, 3) is the rotation of the
-        pair. Scores beyond the range of the map are NaN; so are all after fewer than
+        pair, ``roll`` that of its first frame. Scores beyond the range of the map are NaN; so are all after fewer than
         three successive frames.
         """
         if len(self._newest) < 3:
             return np.full(len(ways), np.nan)
         first, second, third = self._newest
-        self._change_correlator.set_reference(self._upright(second - first))
-        self._change_correlator.compare(self._patch.derotated(third - second, turn, self._roll))
+        self._change_correlator.set_reference(self._upright(second - first, roll))
+        self._change_correlator.compare(self._patch.derotated(third - second, turn, roll))
         return self._change_correlator.scores_at(ways * scale / CELL)
 
     def is_rivalled(self, found: RoadSlide | None) -> bool:
@@ -155,8 +157,8 @@ class PatchMatcher:
         peak = max(peaks, key=lambda each: each.score, default=None)
         return peak if peak or key.drives else self._correlator.peak(least, most)
 
-    def _upright(self, patch: NDArray[np.float32]) -> NDArray[np.float32]:
-        return self._patch.derotated(patch, np.eye(3), self._roll) if self._roll else patch
+    def _upright(self, patch: NDArray[np.float32], roll: float) -> NDArray[np.float32]:
+        return self._patch.derotated(patch, np.eye(3), roll) if roll else patch
 
     @property
     def _without_fixed(self) -> NDArray[np.float32]:

@@ -34,7 +34,7 @@ class RoadCamera:
 
     def start(self, frame: Frame, camera: YawCamera) -> None:
         """Add a frame, (H, W), that is the first of a pair; it must not change afterwards."""
-        self._follow(camera, frame).start(frame)
+        self._follow(camera, frame).start(frame, camera.roll.current)
         self._newest = frame
 
     def measure(

@@ -14,6 +14,7 @@ import math
 import numpy as np
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
+from phase_traj_ros.core.rotation.focus_of_expansion import Mounting
 from phase_traj_ros.core.rotation.tuning import TUNING
 
 
@@ -38,12 +39,16 @@ class CameraRoll:
     @property
     def current(self) -> float:
         """Return the current roll in radians, positive right side down."""
-        return self.mounting + self.lean
+        return min(max(self.mounting + self.lean, -TUNING.max_roll), TUNING.max_roll)
 
     def forget_lean(self) -> None:
-        """Restart upright; the roll of the mounting is kept."""
+        """Restart upright, as far as is known; the roll of the mounting is kept."""
         self._state[1] = self._covariance[0, 1] = self._covariance[1, 0] = 0.0
-        self._covariance[1, 1] = TUNING.lean_deviation ** 2
+        self._covariance[1, 1] = TUNING.unseen_lean ** 2
+
+    def miss(self, interval: float) -> None:
+        """Add the variance of a change in a pair of frames that does not show it."""
+        self._covariance[1, 1] += TUNING.unseen_lean ** 2 * interval
 
     def predict(self, interval: float, yaw_rate: float) -> None:
         """Predict ``interval`` seconds ahead, at a yaw rate in radians per second."""
@@ -55,19 +60,29 @@ class CameraRoll:
             self._covariance[1] *= kept
             self._covariance[:, 1] *= kept
         self._covariance[1, 1] += added
+        self._covariance[0, 0] += TUNING.mounting_drift ** 2 * min(
+            interval / TUNING.mounting_drift_s, 1.0)
 
-    def add(self, motion: CameraMotion, interval: float, slope: float) -> None:
+    def add(
+        self, motion: CameraMotion, interval: float, mounting: Mounting, *, certain: bool = True,
+    ) -> None:
         """
         Add the motion of a pair of frames that are ``interval`` seconds apart.
 
-        ``slope`` is that of the horizon in the image, positive down.
+        ``mounting`` has the direction of travel. If the motion is not ``certain``, only its
+        change of the roll counts, which the next pair may take back.
         """
-        # The turn of a camera that is mounted with a pitch is in part a roll, too.
-        self._state[1] += motion.roll - motion.yaw * slope
+        # The turn of a camera that is mounted with a pitch is in part a roll, too. A vehicle leans
+        # about its direction of travel, so a camera that points aside sees a part as a pitch.
+        sine, cosine = math.sin(mounting.angle), math.cos(mounting.angle)
+        turned = motion.yaw * (mounting.slope + math.tan(self.current) * sine) / cosine
+        leaned = motion.roll - turned
+        self._state[1] += leaned
+        if not certain:
+            return
         # The part of the turn that is a pitch, -yaw tan(roll), linearised.
-        roll = min(max(self.current, -TUNING.max_roll), TUNING.max_roll)
-        innovation = motion.pitch + motion.yaw * math.tan(roll)
-        change = -motion.yaw / math.cos(roll) ** 2
+        innovation = motion.pitch - leaned * sine / cosine + motion.yaw * math.tan(self.current)
+        change = -motion.yaw / math.cos(self.current) ** 2
         spread = change * self._covariance.sum(axis=1)
         gain = spread / (change * float(spread.sum()) + TUNING.pitch_walk ** 2 * interval)
         self._state += gain * innovation

@@ -131,12 +131,14 @@ class YawTuning:
     lean_deviation: float = math.radians(2.0)
     """Standard deviation of the lean of a vehicle..."""
     lean_time_s: float = 10.0
-    """...which fades within this time on a straight."""
+    """...which fades with this time constant on a straight, ..."""
+    unseen_lean: float = math.radians(10.0)
+    """...and of a change of the lean that is not seen, within a second."""
     pitch_walk: float = math.radians(1.2)
     """Standard deviation of the change of the pitch within a second, other than by the turn of a
     camera with a roll: on KITTI, the roll from a turn of 90 degrees errs by this."""
     max_roll: float = math.radians(70.0)
-    """Largest roll with which the pitch in a turn is compared."""
+    """Largest roll that is taken for one."""
 
     # The shift of the image as a whole, by phase correlation.
     shift_px_per_rad: float = 288.0

@@ -103,15 +103,16 @@ class YawMeter:
         self._keyframes = keyframes
         self.mounting = mounting or Mounting()
         """Direction in which a vehicle with this camera drives straight ahead."""
-        self.roll = roll or CameraRoll(Horizon())
-        """Roll of the camera relative to the road."""
         mask, counts = self._projected(mask)
         self._matcher = BlockMatcher(projection, counts)
         self._whole_shift = WholeShift(projection, mask)
         # The correlation to use from the next frame on, if the mask has changed.
         self._next_shift: WholeShift | None = None
         self._traffic = CrossTraffic(still=TUNING.fixed_px / projection.px_per_rad)
+        self.roll = CameraRoll(Horizon())
+        """Roll of the camera relative to the road."""
         self.reset()
+        self.roll = roll or self.roll
 
     def reset(self) -> None:
         """Forget everything but the tilt of the camera: the next frame is the first."""
@@ -279,8 +280,8 @@ class YawMeter:
             # The direction of travel could diverge if few blocks agree.
             key.travel = (motion.travel if motion.certain
                           else motion.travel.limited(self._rate, self.mounting))
-        if motion.certain and not self._is_traffic:
-            self.roll.add(pair, interval, self.mounting.slope)
+        self.roll.add(pair, interval, self.mounting,
+                      certain=motion.certain and not self._is_traffic)
         if motion.passing > TUNING.min_passing and not self._is_traffic:
             self.mounting.add(motion.travel, interval, self._rate)
         return YawMeasurement(
@@ -315,6 +316,7 @@ class YawMeter:
         self, shift: Shift, scene: Shift | None, match: Match | None, interval: float,
     ) -> YawMeasurement:
         """Return the measurement of a pair by the shift alone."""
+        self.roll.miss(interval)
         yaw = None
         if scene is not None:
             yaw = scene.dx / self._projection.px_per_rad
