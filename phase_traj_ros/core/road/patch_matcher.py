@@ -128,8 +128,8 @@ class PatchMatcher:
         Return the scores of slides between the two newest frames, by what changes in each.
 
         The slides ``ways`` are (N,), in camera heights; ``turn`` (3, 3) is the rotation of the
-        pair, ``roll`` that of its first frame. Scores beyond the range of the map are NaN; so are all after fewer than
-        three successive frames.
+        pair, ``roll`` that of its first frame. Scores beyond the range of the map are NaN; so are
+        all after fewer than three successive frames.
         """
         if len(self._newest) < 3:
             return np.full(len(ways), np.nan)

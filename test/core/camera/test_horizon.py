@@ -57,7 +57,7 @@ def test_a_vehicle_that_leans_slips_along_the_road(azimuth_deg, slip_deg):
     pitch = Horizon(roll=ROLL).pitch_along(
         math.atan2(x, z), y / math.hypot(x, z), azimuth=azimuth, lean=lean)
     # Without the lean, it is 3 degrees off.
-    assert math.degrees(pitch - PITCH) == pytest.approx(0.0, abs=0.3)
+    assert math.degrees(pitch - PITCH) == pytest.approx(0.0, abs=0.5)
 
 
 def test_the_axes_of_turns_tell_pitch_and_roll():

@@ -105,7 +105,8 @@ def test_it_errs_as_the_pitch_of_vehicles_makes_it(rate_hz):
 
 
 @pytest.mark.parametrize(
-    ('pitch_deg', 'azimuth_deg'), [(0.0, 0.0), (10.0, 0.0), (-10.0, 0.0), (0.0, 15.0), (5.0, -15.0)])
+    ('pitch_deg', 'azimuth_deg'),
+    [(0.0, 0.0), (10.0, 0.0), (-10.0, 0.0), (0.0, 15.0), (5.0, -15.0)])
 @pytest.mark.parametrize('side', [1, -1])
 def test_a_bicycle_leans_in_a_turn_and_is_upright_again(pitch_deg, azimuth_deg, side):
     for seconds in (1.6, 3.5, 5.4, 8.0):
