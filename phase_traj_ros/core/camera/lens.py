@@ -73,7 +73,7 @@ class Lens:
     pitch_deg: float = 0.0
     """Pitch in degrees, positive down; 0 if unknown. The drive improves it."""
     roll_deg: float = 0.0
-    """Roll in degrees, positive right side down."""
+    """Roll in degrees, positive right side down; 0 if unknown. The drive improves it."""
     assumed: bool = False
     """Whether the values are a guess."""
     origin: LensOrigin = field(init=False, compare=False)
