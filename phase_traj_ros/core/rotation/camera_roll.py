@@ -53,15 +53,12 @@ class CameraRoll:
     def predict(self, interval: float, yaw_rate: float) -> None:
         """Predict ``interval`` seconds ahead, at a yaw rate in radians per second."""
         kept = math.exp(-interval / TUNING.lean_time_s)
-        added = (1.0 - kept * kept) * TUNING.lean_deviation ** 2
         if abs(yaw_rate) < TUNING.straight_yaw_rate:
             # On a straight, a vehicle is upright: what seems to be a lean is the bank of the road.
             self._state[1] *= kept
             self._covariance[1] *= kept
             self._covariance[:, 1] *= kept
-        self._covariance[1, 1] += added
-        self._covariance[0, 0] += TUNING.mounting_drift ** 2 * min(
-            interval / TUNING.mounting_drift_s, 1.0)
+        self._covariance[1, 1] += (1.0 - kept * kept) * TUNING.lean_deviation ** 2
 
     def add(
         self, motion: CameraMotion, interval: float, mounting: Mounting, *, certain: bool = True,

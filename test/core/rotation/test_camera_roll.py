@@ -118,9 +118,9 @@ def test_a_bicycle_leans_in_a_turn_and_is_upright_again(pitch_deg, azimuth_deg, 
 def test_a_roll_that_is_taken_back_leaves_nothing():
     """The blocks of one frame are wrong: two pairs show opposite changes."""
     estimate = CameraRoll(Horizon())
-    estimate.add(moved(0.0, 0.3, 0.2), 0.1, mounted(), certain=False)
+    estimate.add(moved(0.1, 0.3, 0.2), 0.1, mounted(), certain=False)
     assert estimate.current == 0.2
-    estimate.add(moved(0.0, 0.0, -0.2), 0.1, mounted())
+    estimate.add(moved(0.1, 0.0, -0.2), 0.1, mounted())
     assert estimate.current == pytest.approx(0.0, abs=1e-12)
 
 
@@ -134,6 +134,20 @@ def test_a_turn_tells_the_lean_after_a_gap(gap):
     assert steady.current > math.radians(-8.0)
     assert found.current == pytest.approx(lean[0], rel=0.15)
     assert abs(found.mounting) < math.radians(1.0)
+    # After a minute straight ahead, the vehicle is upright again, as without a gap.
+    later, without = driven(np.zeros(300), 10), driven(np.zeros(300), 10)
+    gap(later)
+    for each in (later, without):
+        driven(np.zeros(600), 10, estimate=each, yaw_rate=0.0)
+        driven(lean, 10, estimate=each)
+    assert later.current == pytest.approx(without.current, abs=math.radians(0.1))
+
+
+def test_a_long_bend_forgets_how_it_began():
+    estimate = driven(np.zeros(3000), 10)
+    # The road is banked by and by, so slowly that no pair shows it.
+    estimate = driven(np.full(150, math.radians(-5.0)), 10, estimate=estimate)
+    assert estimate.current == pytest.approx(math.radians(-5.0), abs=math.radians(1.0))
 
 
 def test_it_is_bounded():
