@@ -279,8 +279,8 @@ class YawCamera:
             return 1.0
         width = self._shape[1]
         # Not the roll: the current one has been taken into account.
-        level, levelled = math.cos(lens.horizon.pitch), math.cos(before.horizon.pitch)
-        return before.focal_for(width) / lens.focal_for(width) * levelled / level
+        level_before, level = math.cos(before.horizon.pitch), math.cos(lens.horizon.pitch)
+        return before.focal_for(width) / lens.focal_for(width) * level_before / level
 
     def _make_meter(self, frame: NDArray[np.uint8], lens: Lens) -> YawMeter:
         if self._weights.mask is not None:
@@ -295,7 +295,7 @@ class YawCamera:
         meter = YawMeter(
             projection, mask=self._weights.mask, keyframes=self._keyframes,
             mounting=Mounting(lens.horizon) if before is None else before.mounting,
-            roll=before.roll if before else CameraRoll(
+            roll=before.roll if before is not None else CameraRoll(
                 lens.horizon, lean=self.roll.current - lens.horizon.roll))
         if self._weights.keep_for(frame.shape):
             meter.use_mask(self._weights.current)

@@ -109,13 +109,16 @@ class YawMeter:
         # The correlation to use from the next frame on, if the mask has changed.
         self._next_shift: WholeShift | None = None
         self._traffic = CrossTraffic(still=TUNING.fixed_px / projection.px_per_rad)
-        self.roll = CameraRoll(Horizon())
+        self.roll = roll or CameraRoll(Horizon())
         """Roll of the camera relative to the road."""
-        self.reset()
-        self.roll = roll or self.roll
+        self._restart()
 
     def reset(self) -> None:
         """Forget everything but the tilt of the camera: the next frame is the first."""
+        self._restart()
+        self.roll.forget_lean()
+
+    def _restart(self) -> None:
         self._whole_shift.correlator.reset()
         self._matcher.grid.forget()
         self._previous: NDArray[np.uint8] | None = None
@@ -130,7 +133,6 @@ class YawMeter:
         self._traffic.reset()
         self._stood = False
         self.mounting = self.mounting.without_azimuth()
-        self.roll.forget_lean()
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """

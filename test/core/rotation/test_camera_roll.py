@@ -26,13 +26,6 @@ def moved(yaw, pitch, roll):
     return CameraMotion(yaw, pitch, roll, FocusOfExpansion(), 100.0, 0.9, 1e-8, 0.1)
 
 
-def mounted(*, pitch_deg=0.0, azimuth_deg=0.0):
-    """Return the mounting of a camera that points down and aside."""
-    mounting = Mounting(Horizon(pitch=math.radians(pitch_deg)))
-    mounting.angle = math.radians(azimuth_deg)
-    return mounting
-
-
 def driven(rolls, rate_hz, *, estimate=None, yaw_rate=RATE, rng=None):
     """Return the estimate after a bend with these rolls of the camera, in radians."""
     estimate, interval = estimate or CameraRoll(Horizon()), 1.0 / rate_hz
@@ -42,13 +35,13 @@ def driven(rolls, rate_hz, *, estimate=None, yaw_rate=RATE, rng=None):
         nod = 0.0 if rng is None else rng.normal(0.0, TUNING.pitch_walk * math.sqrt(interval))
         estimate.predict(interval, yaw_rate)
         estimate.add(
-            moved(yaw, -yaw * math.tan(roll) + nod, roll - before), interval, mounted())
+            moved(yaw, -yaw * math.tan(roll) + nod, roll - before), interval, Mounting())
     return estimate
 
 
 def leaning(seconds, *, pitch_deg, azimuth_deg, side):
     """
-    Return the estimate and the true roll at these times of a corner, by rotation matrices.
+    Return the estimate and the true roll after a part of a corner, by rotation matrices.
 
     The camera points down and aside on a bicycle that leans to the inside by 18 degrees.
     """
@@ -57,7 +50,7 @@ def leaning(seconds, *, pitch_deg, azimuth_deg, side):
         np.array([0.0, 0.0, math.radians(azimuth_deg)]))[0]
     to_image = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]) @ body.T
     travel = to_image @ (1.0, 0.0, 0.0)
-    mounting = mounted()
+    mounting = Mounting()
     mounting.angle = math.atan2(travel[0], travel[2])
     mounting.slope = travel[1] / math.hypot(travel[0], travel[2])
     interval, before = 0.05, None
@@ -118,9 +111,9 @@ def test_a_bicycle_leans_in_a_turn_and_is_upright_again(pitch_deg, azimuth_deg, 
 def test_a_roll_that_is_taken_back_leaves_nothing():
     """The blocks of one frame are wrong: two pairs show opposite changes."""
     estimate = CameraRoll(Horizon())
-    estimate.add(moved(0.1, 0.3, 0.2), 0.1, mounted(), certain=False)
+    estimate.add(moved(0.1, 0.3, 0.2), 0.1, Mounting(), certain=False)
     assert estimate.current == 0.2
-    estimate.add(moved(0.1, 0.0, -0.2), 0.1, mounted())
+    estimate.add(moved(0.1, 0.0, -0.2), 0.1, Mounting())
     assert estimate.current == pytest.approx(0.0, abs=1e-12)
 
 
@@ -153,7 +146,7 @@ def test_a_long_bend_forgets_how_it_began():
 def test_it_is_bounded():
     estimate = CameraRoll(Horizon())
     for _ in range(20):
-        estimate.add(moved(0.0, 0.0, 0.2), 0.1, mounted())
+        estimate.add(moved(0.0, 0.0, 0.2), 0.1, Mounting())
     assert estimate.current == TUNING.max_roll
 
 
