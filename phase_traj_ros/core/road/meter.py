@@ -308,7 +308,7 @@ class RoadMeter:
 
     def _slide_scale(self, depth: float) -> float:
         """Return the factor by which a slide is too large, as the pitch has changed."""
-        return math.exp(2.0 * depth * (self.tilt.pitch - self._assumed))
+        return math.exp(2.0 * depth * (self.tilt.current - self._assumed))
 
     def _lean(self, roll: float) -> float:
         """Return a roll relative to that of the patches; 0 if it makes no difference."""

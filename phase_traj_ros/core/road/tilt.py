@@ -13,28 +13,18 @@ pitch, the slides of the near and the far road agree.
 
 import math
 
-import numpy as np
 from phase_traj_ros.core.camera.horizon import Horizon
+from phase_traj_ros.core.camera.swaying_angle import SwayingAngle
 from phase_traj_ros.core.road.tuning import TUNING
 
 
-class RoadTilt:
-    """Estimates the pitch with a Kalman filter of two states: mounting and suspension."""
+class RoadTilt(SwayingAngle):
+    """Estimates the pitch, positive down, with a Kalman filter over mounting and suspension."""
 
     def __init__(self, horizon: Horizon) -> None:
         """Start with a prior tilt."""
-        self._state = np.array([horizon.pitch, 0.0])
-        self._covariance = np.diag([horizon.pitch_deviation ** 2, TUNING.suspension_pitch ** 2])
-
-    @property
-    def mounting(self) -> float:
-        """Return the pitch of the mounting in radians, positive down."""
-        return float(self._state[0])
-
-    @property
-    def pitch(self) -> float:
-        """Return the current pitch in radians, positive down."""
-        return float(self._state[0] + self._state[1])
+        super().__init__(horizon.pitch, deviation=horizon.pitch_deviation,
+                         sway_deviation=TUNING.suspension_pitch)
 
     @property
     def deviation(self) -> float:
@@ -44,22 +34,17 @@ class RoadTilt:
     @property
     def swing_deviation(self) -> float:
         """Return the standard deviation of the part that changes within about a second."""
-        return math.sqrt(max(float(self._covariance[1].sum()), 0.0))
+        return self._deviation_of(1)
 
     @property
     def common_deviation(self) -> float:
         """Return the standard deviation of the part that changes slowly, the mounting."""
-        # Only the sum is measured, so the errors of both parts mostly cancel. Each contributes its
-        # covariance with the sum.
-        own = math.sqrt(max(float(self._covariance[0].sum()), 0.0))
-        return math.hypot(own, TUNING.common_pitch_error)
+        return math.hypot(self._deviation_of(0), TUNING.common_pitch_error)
 
     def predict(self, interval: float) -> None:
         """Predict ``interval`` seconds ahead."""
         kept = math.exp(-interval / TUNING.suspension_time)
-        self._state[1] *= kept
-        self._covariance[1] *= kept
-        self._covariance[:, 1] *= kept
+        self._fade(kept)
         self._covariance[1, 1] += (1.0 - kept * kept) * TUNING.suspension_pitch ** 2
         drift = min(interval / TUNING.load_time, 1.0)
         self._covariance[0, 0] += TUNING.load_pitch ** 2 * drift
@@ -78,10 +63,7 @@ class RoadTilt:
 
     def add(self, pitch: float, variance: float) -> None:
         """Add a measured pitch in radians, positive down, with its variance."""
-        spread = self._covariance.sum(axis=1)
-        total = float(spread.sum())
-        innovation, limit = pitch - self.pitch, TUNING.outlier_deviations
+        total = float(self._covariance.sum(axis=1).sum())
+        innovation, limit = pitch - self.current, TUNING.outlier_deviations
         variance *= max(1.0, innovation * innovation / (limit * limit * (total + variance)))
-        gain = spread / (total + variance)
-        self._state += gain * innovation
-        self._covariance -= np.outer(gain, spread)
+        self._correct(innovation, variance)

@@ -11,35 +11,25 @@ vertical axis, so a camera with a roll sees a part of the turn as a pitch.
 
 import math
 
-import numpy as np
 from phase_traj_ros.core.camera.horizon import Horizon
+from phase_traj_ros.core.camera.swaying_angle import SwayingAngle
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
 from phase_traj_ros.core.rotation.focus_of_expansion import Mounting
 from phase_traj_ros.core.rotation.tuning import TUNING
 
 
-class CameraRoll:
-    """Estimates the roll with a Kalman filter of two states: mounting and lean."""
+class CameraRoll(SwayingAngle):
+    """Estimates the roll, positive right side down, with a Kalman filter of mounting and lean."""
 
     def __init__(self, horizon: Horizon, *, lean: float = 0.0) -> None:
         """Start with the roll of a ``horizon``, and with the lean of the vehicle in radians."""
-        self._state = np.array([horizon.roll, lean])
-        self._covariance = np.diag([horizon.roll_deviation ** 2, TUNING.lean_deviation ** 2])
-
-    @property
-    def mounting(self) -> float:
-        """Return the roll of the mounting in radians, positive right side down."""
-        return float(self._state[0])
-
-    @property
-    def lean(self) -> float:
-        """Return the lean of the vehicle in radians, positive right side down."""
-        return float(self._state[1])
+        super().__init__(horizon.roll, deviation=horizon.roll_deviation,
+                         sway=lean, sway_deviation=TUNING.lean_deviation)
 
     @property
     def current(self) -> float:
         """Return the current roll in radians, positive right side down."""
-        return min(max(self.mounting + self.lean, -TUNING.max_roll), TUNING.max_roll)
+        return min(max(super().current, -TUNING.max_roll), TUNING.max_roll)
 
     def forget_lean(self) -> None:
         """Restart upright, as far as is known; the roll of the mounting is kept."""
@@ -55,9 +45,7 @@ class CameraRoll:
         kept = math.exp(-interval / TUNING.lean_time_s)
         if abs(yaw_rate) < TUNING.straight_yaw_rate:
             # On a straight, a vehicle is upright: what seems to be a lean is the bank of the road.
-            self._state[1] *= kept
-            self._covariance[1] *= kept
-            self._covariance[:, 1] *= kept
+            self._fade(kept)
         self._covariance[1, 1] += (1.0 - kept * kept) * TUNING.lean_deviation ** 2
 
     def add(
@@ -80,7 +68,4 @@ class CameraRoll:
         # The part of the turn that is a pitch, -yaw tan(roll), linearised.
         innovation = motion.pitch - leaned * sine / cosine + motion.yaw * math.tan(self.current)
         change = -motion.yaw / math.cos(self.current) ** 2
-        spread = change * self._covariance.sum(axis=1)
-        gain = spread / (change * float(spread.sum()) + TUNING.pitch_walk ** 2 * interval)
-        self._state += gain * innovation
-        self._covariance -= np.outer(gain, spread)
+        self._correct(innovation, TUNING.pitch_walk ** 2 * interval, slope=change)

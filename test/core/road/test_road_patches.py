@@ -85,7 +85,7 @@ def test_the_near_and_the_far_road_tell_the_pitch_as_surely_as_they_say():
                 road.seen(0.5 * index, pitch=0.0004 * rng.normal()), 0.1,
                 CameraMotion(0.0, 0.0, 0.0, blind, 100.0, 1.0, 1e-8, 0.05, near=0.05))
         assert meter.tilt.deviation < math.radians(0.5)
-        errors.append((meter.tilt.pitch - pitch) / meter.tilt.deviation)
+        errors.append((meter.tilt.current - pitch) / meter.tilt.deviation)
     assert 0.2 < np.sqrt(np.mean(np.square(errors))) < 1.5
 
 

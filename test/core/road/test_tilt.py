@@ -41,7 +41,7 @@ def test_near_and_far_road_tell_as_well():
 def test_it_follows_the_springs_and_keeps_the_mounting():
     tilt = driven(RoadTilt(Horizon()), [0.01] * 200, slides=True)
     braking = driven(tilt, [0.02] * 15, slides=True)
-    assert braking.pitch == pytest.approx(0.02, abs=0.005)
+    assert braking.current == pytest.approx(0.02, abs=0.005)
     assert braking.mounting == pytest.approx(0.01, abs=0.004)
 
 
@@ -53,9 +53,9 @@ def test_a_pitch_that_was_given_wrong_is_mended(given_deg):
 
 def test_one_wild_value_hardly_counts():
     tilt = driven(RoadTilt(Horizon()), [0.01] * 100)
-    before = tilt.pitch
+    before = tilt.current
     tilt.add(0.5, 0.004 ** 2)
-    assert tilt.pitch == pytest.approx(before, abs=0.006)
+    assert tilt.current == pytest.approx(before, abs=0.006)
 
 
 def test_what_is_not_measured_becomes_uncertain():
@@ -93,7 +93,7 @@ def test_the_pitch_scatters_as_it_says(interval):
                 0.0, math.radians(0.4) * math.sqrt(1.0 - kept * kept))
             tilt.predict(interval)
             tilt.add(mounting + springs + 0.004 * rng.normal(), 0.004 ** 2)
-        errors.append((tilt.pitch - mounting - springs) ** 2 / tilt.deviation ** 2)
+        errors.append((tilt.current - mounting - springs) ** 2 / tilt.deviation ** 2)
     assert np.mean(errors) == pytest.approx(1.0, abs=0.35)
 
 
@@ -101,9 +101,9 @@ def test_a_value_counts_the_less_the_farther_it_is_off():
     """Beyond two standard deviations, twice as far off moves the estimate half as far."""
     def moved(off):
         tilt = driven(RoadTilt(Horizon()), [0.0] * 100)
-        before, spread = tilt.pitch, math.hypot(tilt.deviation, 0.004)
+        before, spread = tilt.current, math.hypot(tilt.deviation, 0.004)
         tilt.add(before + off * spread, 0.004 ** 2)
-        return (tilt.pitch - before) / spread
+        return (tilt.current - before) / spread
 
     assert moved(2.0) == pytest.approx(2.0 * moved(1.0), rel=0.01)
     assert moved(20.0) < moved(10.0) < moved(4.0)
@@ -122,7 +122,7 @@ def test_a_single_value_makes_the_pitch_as_sure_as_it_says(by):
         else:
             # The far patch is two heights farther ahead, and both were made with another pitch.
             tilt.add_slides(math.exp(4.0 * (value - 0.02)), 2.0, 0.04 ** 2, assumed=0.02)
-        errors.append((tilt.pitch - pitch) ** 2 / tilt.deviation ** 2)
+        errors.append((tilt.current - pitch) ** 2 / tilt.deviation ** 2)
     assert np.mean(errors) == pytest.approx(1.0, abs=0.15)
 
 
