@@ -5,6 +5,7 @@
 import math
 
 import numpy as np
+from phase_traj_ros.core.camera.tuning import TUNING
 
 
 class SwayingAngle:
@@ -40,7 +41,10 @@ class SwayingAngle:
     def _correct(self, innovation: float, variance: float, *, slope: float = 1.0) -> None:
         """Add a measurement; ``slope`` is its derivative by the sum of both angles."""
         spread = slope * self._covariance.sum(axis=1)
-        gain = spread / (slope * float(spread.sum()) + variance)
+        total = slope * float(spread.sum())
+        limit = TUNING.outlier_deviations ** 2 * (total + variance)
+        variance *= max(1.0, innovation * innovation / limit)
+        gain = spread / (total + variance)
         self._state += gain * innovation
         self._covariance -= np.outer(gain, spread)
 

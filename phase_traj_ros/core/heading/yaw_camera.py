@@ -96,9 +96,8 @@ class YawCamera:
         learned from turns is learned with its pitch.
         """
         calibrated = self.lens.origin in (LensOrigin.GIVEN, LensOrigin.CALIBRATION)
-        if self._meter is None:
-            return self.lens.tilt
-        level = self._meter.mounting.level if calibrated else math.cos(self.lens.horizon.pitch)
+        level = (self._meter.mounting.level if calibrated and self._meter is not None
+                 else math.cos(self.lens.horizon.pitch))
         return math.cos(self.roll.current) * level
 
     @property
@@ -221,7 +220,9 @@ class YawCamera:
         return self._adopt(self._learning.lens) if self._learned else None
 
     def cut(self) -> None:
-        """Learn nothing from a motion across the newest frame, the first one of a scene."""
+        """Take the newest frame for the first of a scene: forget the lean, and learn nothing."""
+        if self._meter is not None:
+            self._meter.roll.forget_lean()
         if self._learning is not None:
             self._learning.cut()
 
@@ -295,8 +296,7 @@ class YawCamera:
         meter = YawMeter(
             projection, mask=self._weights.mask, keyframes=self._keyframes,
             mounting=Mounting(lens.horizon) if before is None else before.mounting,
-            roll=before.roll if before is not None else CameraRoll(
-                lens.horizon, lean=self.roll.current - lens.horizon.roll))
+            roll=self.roll.with_mounting(lens.horizon) if before is None else before.roll)
         if self._weights.keep_for(frame.shape):
             meter.use_mask(self._weights.current)
         self._focal = (camera.fx, camera.fy)

@@ -77,7 +77,6 @@ class RoadMeter:
         self.speed_filter.forget()
         self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
-        self._roll = self._horizon.roll
         self._key_frame, self._key = None, RoadKeyframe()
 
     def start(self, frame: Frame, roll: float | None = None) -> None:
@@ -122,7 +121,7 @@ class RoadMeter:
                     travel.slope_variance)
             turn = (motion.yaw, self._pitch_change(motion, interval), motion.roll)
         elif yaw is not None:
-            turn = (yaw, 0.0, 0.0)
+            turn = (yaw, -yaw * math.tan(self._roll), 0.0)
         else:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured)
@@ -149,7 +148,7 @@ class RoadMeter:
         since_key = rotation(key.yaw, key.pitch, key.roll)
         for matcher in self._matchers:
             matcher.project(frame)
-            matcher.compare(since_key, self._lean(key.camera_roll))
+            matcher.compare(since_key)
         found = self._slides(interval, self.speed_filter)
         rivals = [matcher.is_rivalled(each) for matcher, each in zip(self._matchers, found)]
         if any(rivals) or not any(found):
@@ -230,12 +229,10 @@ class RoadMeter:
     def _pitch_change(self, motion: CameraMotion, interval: float) -> float:
         """Return the change of the pitch of the camera relative to the road."""
         # The suspension oscillates. A lasting pitch rate comes from a vertical curve of the road,
-        # which the vehicle follows, or from an error of the blocks. The turn of a camera with a
-        # roll is in part a pitch, too, but no curve of the road.
-        turned = -motion.yaw * math.tan(self._roll)
+        # which the vehicle follows, or from an error of the blocks.
         share = 1.0 - math.exp(-interval / TUNING.grade_time)
         self._mean_pitch_rate += share * (
-            (motion.pitch - turned) / interval - self._mean_pitch_rate)
+            motion.nod(self._roll) / interval - self._mean_pitch_rate)
         return motion.pitch - self._mean_pitch_rate * interval
 
     def _combine_slides(self, found: list[RoadSlide], interval: float) -> Travel | None:

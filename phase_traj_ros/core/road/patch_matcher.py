@@ -54,6 +54,8 @@ class PatchMatcher:
         self._slide_per_pitch = 1.0 + self.depth * self.depth
         self._correlator, self._change_correlator = (
             PatchCorrelator(patch.window, blur_cells=patch.blur_cells) for _ in range(2))
+        # Roll of the reference.
+        self._roll = 0.0
         # The patches of the newest three frames.
         self._newest: deque[NDArray[np.float32]] = deque(maxlen=3)
         # Mean of the newest patches of a moving road, and their number.
@@ -69,13 +71,9 @@ class PatchMatcher:
         self.project(frame)
         self.set_reference(roll)
 
-    def compare(self, turn: NDArray[np.float64], roll: float = 0.0) -> None:
-        """
-        Compare the newest patch with the reference, which has this ``roll``.
-
-        ``turn`` (3, 3) is the rotation since.
-        """
-        self._correlator.compare(self._patch.derotated(self._without_fixed, turn, roll))
+    def compare(self, turn: NDArray[np.float64]) -> None:
+        """Compare the newest patch with the reference; ``turn`` (3, 3) is the rotation since."""
+        self._correlator.compare(self._patch.derotated(self._without_fixed, turn, self._roll))
 
     def set_reference(self, roll: float = 0.0) -> None:
         """
@@ -83,6 +81,7 @@ class PatchMatcher:
 
         ``roll`` is that of its frame, relative to the patch, in radians, positive right side down.
         """
+        self._roll = roll
         self._correlator.set_reference(self._upright(self._without_fixed, roll))
 
     def learn(self) -> None:

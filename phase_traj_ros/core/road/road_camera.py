@@ -34,7 +34,7 @@ class RoadCamera:
 
     def start(self, frame: Frame, camera: YawCamera) -> None:
         """Add a frame, (H, W), that is the first of a pair; it must not change afterwards."""
-        self._follow(camera, frame).start(frame, camera.roll.current)
+        self._follow(camera, frame).start(frame, camera.roll.on_road)
         self._newest = frame
 
     def measure(
@@ -48,7 +48,7 @@ class RoadCamera:
         """
         travel = self._follow(camera, frame).update(
             frame, interval, None if yaw is None else yaw.motion,
-            yaw=None if yaw is None else yaw.yaw, azimuth=camera.azimuth, roll=camera.roll.current,
+            yaw=None if yaw is None else yaw.yaw, azimuth=camera.azimuth, roll=camera.roll.on_road,
             still=still, interval_deviation=interval_deviation)
         self._newest = frame
         return travel.scaled(1.0, camera.lens.focal_deviation)
@@ -78,5 +78,5 @@ class RoadCamera:
             rotate_180=camera.rotate_180, mask=camera.pixel_weights, speed_filter=speeds,
             tilt=tilt, keyframes=self._keyframes)
         if self._newest is not None and self._newest.shape == frame.shape:
-            self._meter.start(self._newest)
+            self._meter.start(self._newest, camera.roll.on_road)
         return self._meter

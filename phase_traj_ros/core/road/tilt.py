@@ -63,7 +63,4 @@ class RoadTilt(SwayingAngle):
 
     def add(self, pitch: float, variance: float) -> None:
         """Add a measured pitch in radians, positive down, with its variance."""
-        total = float(self._covariance.sum(axis=1).sum())
-        innovation, limit = pitch - self.current, TUNING.outlier_deviations
-        variance *= max(1.0, innovation * innovation / (limit * limit * (total + variance)))
-        self._correct(innovation, variance)
+        self._correct(pitch - self.current, variance)

@@ -117,8 +117,6 @@ class RoadTuning:
     common_pitch_error: float = 0.0015
     """Error of the measured pitch that does not average out, in rad: the road is not a plane, and
     the principal point has an error."""
-    outlier_deviations: float = 2.0
-    """The weight of a pitch decreases beyond this many standard deviations."""
 
     profile_step: float = 0.25
     """Step of the speeds of a profile, in camera heights per second."""

@@ -25,6 +25,7 @@ direction of travel of a vehicle is close to straight ahead.
 """
 
 from dataclasses import dataclass
+import math
 
 import cv2
 import numpy as np
@@ -60,6 +61,10 @@ class CameraMotion:
     the rotation are those of the newest pair."""
     near: float = 0.0
     """The q that a tenth of the blocks exceed by their errors, as they are near."""
+
+    def nod(self, roll: float) -> float:
+        """Return the pitch less the part of a turn that a camera with a ``roll`` sees as one."""
+        return self.pitch + self.yaw * math.tan(roll)
 
     def holds(self, share: float) -> bool:
         """Return whether at least this share of the blocks agrees, and enough of them."""

@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Estimates the current roll of the camera relative to the road.
+Estimates the current roll of the camera relative to the vertical, and to the road.
 
 The roll is the sum of the roll of the mounting and of the lean of the vehicle: in a turn, a car
-leans to the outside by a degree or two, a bicycle to the inside by up to 20 degrees. There are two
-measurements. First, the blocks show each change of the roll. Second, a vehicle turns about the
+leans to the outside by a degree or two, a bicycle to the inside by up to 20 degrees, and a banked
+road turns both to the inside. There are two measurements. First, the blocks show each change of the roll. Second, a vehicle turns about the
 vertical axis, so a camera with a roll sees a part of the turn as a pitch.
 """
 
@@ -25,11 +25,30 @@ class CameraRoll(SwayingAngle):
         """Start with the roll of a ``horizon``, and with the lean of the vehicle in radians."""
         super().__init__(horizon.roll, deviation=horizon.roll_deviation,
                          sway=lean, sway_deviation=TUNING.lean_deviation)
+        # Yaw rate in a turn, 0 on a straight; and whether the vehicle leans by itself.
+        self._turning, self._leans = 0.0, False
 
     @property
     def current(self) -> float:
         """Return the current roll in radians, positive right side down."""
         return min(max(super().current, -TUNING.max_roll), TUNING.max_roll)
+
+    @property
+    def on_road(self) -> float:
+        """
+        Return the current roll relative to the surface of the road, in radians, right side down.
+
+        A roll to the inside of a turn is the bank of the road, unless the vehicle has leaned by
+        more than roads do: then it is a two-wheeler.
+        """
+        lean = self.current - self.mounting
+        return self.current if self._leans or lean * self._turning > 0.0 else self.mounting
+
+    def with_mounting(self, horizon: Horizon) -> 'CameraRoll':
+        """Return the same roll with another mounting, that of the ``horizon``."""
+        other = CameraRoll(horizon, lean=self.current - horizon.roll)
+        other._leans = self._leans
+        return other
 
     def forget_lean(self) -> None:
         """Restart upright, as far as is known; the roll of the mounting is kept."""
@@ -38,34 +57,42 @@ class CameraRoll(SwayingAngle):
 
     def miss(self, interval: float) -> None:
         """Add the variance of a change in a pair of frames that does not show it."""
-        self._covariance[1, 1] += TUNING.unseen_lean ** 2 * interval
+        most = TUNING.unseen_lean ** 2
+        self._covariance[1, 1] = min(self._covariance[1, 1] + most * interval, most)
 
     def predict(self, interval: float, yaw_rate: float) -> None:
         """Predict ``interval`` seconds ahead, at a yaw rate in radians per second."""
         kept = math.exp(-interval / TUNING.lean_time_s)
-        if abs(yaw_rate) < TUNING.straight_yaw_rate:
+        self._turning = yaw_rate if abs(yaw_rate) > TUNING.straight_yaw_rate else 0.0
+        if not self._turning:
             # On a straight, a vehicle is upright: what seems to be a lean is the bank of the road.
             self._fade(kept)
         self._covariance[1, 1] += (1.0 - kept * kept) * TUNING.lean_deviation ** 2
+        self._covariance[0, 0] += (
+            TUNING.mounting_drift ** 2 * min(interval / TUNING.mounting_drift_s, 1.0))
 
     def add(
         self, motion: CameraMotion, interval: float, mounting: Mounting, *, certain: bool = True,
-    ) -> None:
+    ) -> float:
         """
         Add the motion of a pair of frames that are ``interval`` seconds apart.
 
-        ``mounting`` has the direction of travel. If the motion is not ``certain``, only its
-        change of the roll counts, which the next pair may take back.
+        Return the part of its yaw that is no turn: a camera that points up or down sees a part of
+        a lean as yaw. ``mounting`` has the direction of travel. If the motion is not ``certain``,
+        only its change of the roll counts, which the next pair may take back.
         """
         # The turn of a camera that is mounted with a pitch is in part a roll, too. A vehicle leans
         # about its direction of travel, so a camera that points aside sees a part as a pitch.
         sine, cosine = math.sin(mounting.angle), math.cos(mounting.angle)
         turned = motion.yaw * (mounting.slope + math.tan(self.current) * sine) / cosine
         leaned = motion.roll - turned
+        swung = -leaned * mounting.slope / (1.0 + mounting.slope ** 2)
         self._state[1] += leaned
         if not certain:
-            return
-        # The part of the turn that is a pitch, -yaw tan(roll), linearised.
-        innovation = motion.pitch - leaned * sine / cosine + motion.yaw * math.tan(self.current)
+            return swung
+        # Linearised by the roll.
+        innovation = motion.nod(self.current) - leaned * sine / cosine
         change = -motion.yaw / math.cos(self.current) ** 2
         self._correct(innovation, TUNING.pitch_walk ** 2 * interval, slope=change)
+        self._leans |= abs(self._state[1]) > TUNING.max_bank
+        return swung

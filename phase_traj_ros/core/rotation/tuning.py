@@ -113,7 +113,7 @@ class YawTuning:
     mounting_deviation: float = math.radians(3.0)
     """Standard deviation of the azimuth at which cameras are mounted..."""
     mounting_drift: float = math.radians(0.3)
-    """...and of the change of it and of their pitch..."""
+    """...and of the change of it and of their pitch and roll..."""
     mounting_drift_s: float = 600.0
     """...within this time, as that of the pitch."""
     sideslip_s: float = 0.4
@@ -128,12 +128,15 @@ class YawTuning:
     """...and moves above this median of the translation divided by the distance of the blocks."""
 
     # The roll of the camera.
-    lean_deviation: float = math.radians(2.0)
+    lean_deviation: float = math.radians(1.0)
     """Standard deviation of the lean of a vehicle..."""
     lean_time_s: float = 10.0
     """...which fades with this time constant on a straight, ..."""
     unseen_lean: float = math.radians(10.0)
-    """...and of a change of the lean that is not seen, within a second."""
+    """...and of a change of the lean that is not seen, within a second or more."""
+    max_bank: float = math.radians(8.0)
+    """A vehicle that leans by more than the steepest bends of roads are banked is a two-wheeler: a
+    bank of 12 % is 7 degrees (AASHTO, "A Policy on Geometric Design of Highways and Streets")."""
     pitch_walk: float = math.radians(1.2)
     """Standard deviation of the change of the pitch within a second, other than by the turn of a
     camera with a roll: on KITTI, the roll from a turn of 90 degrees errs by this."""

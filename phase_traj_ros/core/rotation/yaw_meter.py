@@ -282,12 +282,12 @@ class YawMeter:
             # The direction of travel could diverge if few blocks agree.
             key.travel = (motion.travel if motion.certain
                           else motion.travel.limited(self._rate, self.mounting))
-        self.roll.add(pair, interval, self.mounting,
-                      certain=motion.certain and not self._is_traffic)
+        swung = self.roll.add(pair, interval, self.mounting,
+                              certain=motion.certain and not self._is_traffic)
         if motion.passing > TUNING.min_passing and not self._is_traffic:
             self.mounting.add(motion.travel, interval, self._rate)
         return YawMeasurement(
-            shift, pair.yaw, True, motion.agreement, pair, interval / key.age,
+            shift, pair.yaw - swung, True, motion.agreement, pair, interval / key.age,
             common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad),
             is_traffic=self._is_traffic)
 

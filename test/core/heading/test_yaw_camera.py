@@ -12,7 +12,8 @@ from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_camera import YawCamera
-from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
@@ -45,6 +46,16 @@ def test_the_end_of_a_drive_is_told_to_what_is_learned():
     learning.finish = lambda: told.append(True)
     VisualCompass(YawCamera(Lens(hfov_deg=75.0, assumed=True), learning=learning)).finish()
     assert told
+
+
+def test_a_vehicle_that_leans_before_a_cut_is_upright_after_it():
+    camera = YawCamera(Lens(hfov_deg=75.0))
+    camera.measure(np.zeros((90, 160), np.uint8), 0.1)
+    leaned = CameraMotion(0.0, 0.0, -0.3, FocusOfExpansion(), 100.0, 0.9, 1e-8, 0.1)
+    camera.roll.add(leaned, 0.1, Mounting())
+    assert camera.roll.current == -0.3
+    camera.cut()
+    assert camera.roll.current == 0.0
 
 
 class _Told(SelfCalibration):

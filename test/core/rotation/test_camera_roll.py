@@ -39,11 +39,12 @@ def driven(rolls, rate_hz, *, estimate=None, yaw_rate=RATE, rng=None):
     return estimate
 
 
-def leaning(seconds, *, pitch_deg, azimuth_deg, side):
+def leaning(seconds, *, pitch_deg=0.0, azimuth_deg=0.0, side=1, interval=0.05):
     """
-    Return the estimate and the true roll after a part of a corner, by rotation matrices.
+    Return the estimate, the true roll and the error of the heading after a part of a corner.
 
-    The camera points down and aside on a bicycle that leans to the inside by 18 degrees.
+    The camera points down and aside on a bicycle that leans to the inside by 18 degrees. The
+    motions are those of rotation matrices.
     """
     # Body axes: x ahead, y left, z up; image axes: x right, y down, z ahead.
     body = cv2.Rodrigues(np.array([0.0, math.radians(pitch_deg), 0.0]))[0] @ cv2.Rodrigues(
@@ -53,7 +54,7 @@ def leaning(seconds, *, pitch_deg, azimuth_deg, side):
     mounting = Mounting()
     mounting.angle = math.atan2(travel[0], travel[2])
     mounting.slope = travel[1] / math.hypot(travel[0], travel[2])
-    interval, before = 0.05, None
+    before, found = None, 0.0
     for time in np.arange(0.0, seconds, interval):
         lean = -side * math.radians(18.0) * np.interp(time, (1, 2, 5, 6), (0.0, 1.0, 1.0, 0.0))
         yaw_rate = side * np.interp(time, (1, 2, 5, 6), (0.0, RATE, RATE, 0.0))
@@ -67,9 +68,10 @@ def leaning(seconds, *, pitch_deg, azimuth_deg, side):
         else:
             right, down, ahead = cv2.Rodrigues(before.T @ attitude)[0][:, 0]
             estimate.predict(interval, yaw_rate)
-            estimate.add(moved(-down, right, ahead), interval, mounting)
+            swung = estimate.add(moved(-down, right, ahead), interval, mounting)
+            found += (-down - swung) / (math.cos(estimate.current) * mounting.level)
         before = attitude
-    return estimate, roll
+    return estimate, roll, found - heading
 
 
 @pytest.mark.parametrize('rate_hz', [5, 60])
@@ -103,9 +105,23 @@ def test_it_errs_as_the_pitch_of_vehicles_makes_it(rate_hz):
 @pytest.mark.parametrize('side', [1, -1])
 def test_a_bicycle_leans_in_a_turn_and_is_upright_again(pitch_deg, azimuth_deg, side):
     for seconds in (1.6, 3.5, 5.4, 8.0):
-        estimate, roll = leaning(
+        estimate, roll, _ = leaning(
             seconds, pitch_deg=pitch_deg, azimuth_deg=azimuth_deg, side=side)
         assert estimate.current == pytest.approx(roll, abs=math.radians(0.7))
+
+
+@pytest.mark.parametrize('seconds', [1.6, 2.1, 3.1, 5.6, 8.0])
+def test_a_lean_is_found_at_two_frames_a_second(seconds):
+    estimate, roll, _ = leaning(seconds, interval=0.5)
+    assert estimate.current == pytest.approx(roll, abs=math.radians(0.6))
+
+
+@pytest.mark.parametrize('seconds', [2.5, 4.5, 8.0])
+@pytest.mark.parametrize('pitch_deg', [10.0, -10.0])
+def test_the_lean_of_a_camera_that_points_up_or_down_is_no_turn(pitch_deg, seconds):
+    *_, error = leaning(seconds, pitch_deg=pitch_deg)
+    # It was 3 degrees, all of which came back at the end of the corner.
+    assert error == pytest.approx(0.0, abs=math.radians(0.4))
 
 
 def test_a_roll_that_is_taken_back_leaves_nothing():
@@ -134,6 +150,63 @@ def test_a_turn_tells_the_lean_after_a_gap(gap):
         driven(np.zeros(600), 10, estimate=each, yaw_rate=0.0)
         driven(lean, 10, estimate=each)
     assert later.current == pytest.approx(without.current, abs=math.radians(0.1))
+
+
+@pytest.mark.parametrize('seconds', [60.0, 3600.0])
+def test_a_gap_makes_no_roll_however_long_it_is(seconds):
+    rng = np.random.default_rng(5)
+    estimate = driven(np.zeros(300), 10)
+    estimate.miss(seconds)
+    # Of a straight road with the motions of a vehicle, 600 degrees of doubt made 70 of roll.
+    for yaw_rate in np.radians(rng.normal(0.0, 1.0, 100)):
+        driven(np.zeros(2), 10, estimate=estimate, yaw_rate=yaw_rate, rng=rng)
+        assert abs(estimate.current) < math.radians(3.0)
+
+
+def test_a_nod_in_a_turn_is_no_roll():
+    estimate = driven(np.zeros(20), 10)
+    yaw = 0.1 * RATE
+    estimate.predict(0.1, RATE)
+    estimate.add(moved(yaw, math.radians(1.5), 0.0), 0.1, Mounting())
+    assert abs(estimate.current) < math.radians(1.0)
+
+
+def test_a_mounting_that_was_knocked_is_found_again():
+    estimate, knocked = CameraRoll(Horizon()), math.radians(6.0)
+
+    def blocks(minutes, roll):
+        """Drive around a corner to the left and one to the right each minute."""
+        for _ in range(minutes):
+            for yaw_rate in (RATE, -RATE):
+                driven(np.full(31, roll), 10, estimate=estimate, yaw_rate=yaw_rate)
+                driven(np.full(271, roll), 10, estimate=estimate, yaw_rate=0.0)
+
+    blocks(60, 0.0)
+    blocks(20, knocked)
+    assert estimate.mounting == pytest.approx(knocked, rel=0.4)
+
+
+@pytest.mark.parametrize('side', [1, -1])
+def test_a_car_in_a_bend_that_is_banked_is_level_on_the_road(side):
+    bank = np.radians(-5.0 * side) * np.clip(np.arange(40) / 10, 0.0, 1.0)
+    estimate = driven(bank, 10, yaw_rate=side * RATE)
+    assert estimate.current == pytest.approx(bank[-1], abs=math.radians(0.5))
+    assert estimate.on_road == estimate.mounting == pytest.approx(0.0, abs=math.radians(0.5))
+    # The other way, it is the car that leans on its springs.
+    springs = driven(-bank / 2, 10, yaw_rate=side * RATE)
+    assert springs.on_road == springs.current
+
+
+def test_a_bicycle_leans_relative_to_the_road():
+    lean = np.radians(-15.0) * np.clip(np.arange(40) / 10, 0.0, 1.0)
+    estimate = driven(lean, 10)
+    assert estimate.on_road == estimate.current
+    # From now on, less is a lean, too; with another lens as well.
+    less = driven(np.linspace(lean[-1], lean[-1] / 3, 20), 10, estimate=estimate)
+    assert less.on_road == less.current
+    assert less.with_mounting(Horizon()).current == pytest.approx(less.current)
+    moved_on = driven(lean[:2], 10, estimate=less.with_mounting(Horizon()))
+    assert moved_on.on_road == moved_on.current != moved_on.mounting
 
 
 def test_a_long_bend_forgets_how_it_began():
