@@ -75,7 +75,8 @@ class TrajectoryEstimator:
             self.use_lens(self._settings.lens)
         elif self._settings.learns_lens:
             self._make_heading(
-                Lens(hfov_deg=ASSUMED_HFOV_DEG, assumed=True), learning=SelfCalibration())
+                Lens(hfov_deg=ASSUMED_HFOV_DEG, assumed=True,
+                     pitch_deg=self._settings.camera_pitch_deg), learning=SelfCalibration())
 
     @property
     def settings(self) -> EstimatorSettings:

@@ -5,8 +5,9 @@ Estimates the current roll of the camera relative to the vertical, and to the ro
 
 The roll is the sum of the roll of the mounting and of the lean of the vehicle: in a turn, a car
 leans to the outside by a degree or two, a bicycle to the inside by up to 20 degrees, and a banked
-road turns both to the inside. There are two measurements. First, the blocks show each change of the roll. Second, a vehicle turns about the
-vertical axis, so a camera with a roll sees a part of the turn as a pitch.
+road turns both to the inside. There are two measurements. First, the blocks show each change of
+the roll. Second, a vehicle turns about the vertical axis, so a camera with a roll sees a part of
+the turn as a pitch.
 """
 
 import math

@@ -87,6 +87,13 @@ class Mounting:
         """
         return math.cos(math.atan(self.slope))
 
+    @property
+    def straight_ahead(self) -> FocusOfExpansion:
+        """Return the direction of travel straight ahead."""
+        return FocusOfExpansion(
+            self.angle, self.slope, TUNING.course_deviation ** 2 + self._variance,
+            TUNING.slope_deviation ** 2 + self._slope_variance)
+
     def without_azimuth(self) -> 'Mounting':
         """Return a mounting of which nothing is known but the slope."""
         other = Mounting()

@@ -21,7 +21,7 @@ from phase_traj_ros.core.rotation.block_matcher import BlockMatcher, Keyframe, M
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
 from phase_traj_ros.core.rotation.camera_roll import CameraRoll
 from phase_traj_ros.core.rotation.cross_traffic import CrossTraffic
-from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
+from phase_traj_ros.core.rotation.focus_of_expansion import Mounting
 from phase_traj_ros.core.rotation.scanline import Scanline
 from phase_traj_ros.core.rotation.tuning import TUNING
 from phase_traj_ros.core.rotation.whole_shift import WholeShift
@@ -198,7 +198,8 @@ class YawMeter:
         self._newest = self._scanline = None
         key = self._key
         if previous is None or key is None or shift is None or interval <= 0.0:
-            self._key, self._rate = self._matcher.keyframe(current, FocusOfExpansion()), 0.0
+            self._key = self._matcher.keyframe(current, self.mounting.straight_ahead)
+            self._rate = 0.0
             return None
         key.age += interval
         self.roll.predict(interval, self._rate)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A road as a plane of noise, seen by cameras that move over it."""
 
+from dataclasses import replace
 from itertools import pairwise
 import math
 
@@ -11,6 +12,7 @@ from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretch
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.patch_correlator import PatchCorrelator
 from phase_traj_ros.core.road.travel import TravelState
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 import pytest
 from road_scene import drive, FISHEYE, LEVEL, motion, PINHOLE, Road, SURE
 
@@ -72,6 +74,19 @@ def test_the_turn_of_a_rolled_camera_whose_blocks_do_not_agree(roll, yaw_rate):
         x, y, yaw = x + step * math.cos(middle), y + step * math.sin(middle), yaw + 0.1 * yaw_rate
     # Without the part of the turn that is a pitch, 12 % with 6 degrees, and 30 to 60 % with 18.
     assert np.mean(distances) == pytest.approx(step, rel=0.025)
+
+
+def test_it_stands_before_the_pitch_is_known():
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon())
+    meter.start(road.seen(0.0))
+    doubt = FocusOfExpansion(slope_variance=Horizon().pitch_deviation ** 2)
+    for _ in range(3):
+        travel = meter.update(
+            road.seen(0.0), 0.1, replace(motion(passing=0.0), travel=doubt))
+        assert (travel.distance, travel.state) == (0.0, TravelState.STANDING)
+    # A road that moves is not measured without the pitch.
+    driving = meter.update(road.seen(1.0), 0.1, replace(motion(passing=0.05), travel=doubt))
+    assert driving.state is not TravelState.MEASURED
 
 
 def test_it_stands_where_the_road_does_and_goes_exactly_nowhere():
