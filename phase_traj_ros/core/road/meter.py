@@ -19,7 +19,7 @@ from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
 from phase_traj_ros.core.road.keyframe import RoadKeyframe
 from phase_traj_ros.core.road.patch_matcher import PatchMatcher, RoadSlide
-from phase_traj_ros.core.road.speed_filter import SpeedFilter, standing
+from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.speed_profile import SpeedProfile
 from phase_traj_ros.core.road.tilt import RoadTilt
 from phase_traj_ros.core.road.travel import Travel, TravelState
@@ -114,15 +114,13 @@ class RoadMeter:
         if motion is not None:
             driven = self.speed_filter.speed * max(motion.age, interval)
             speeds = self.speed_filter
-            if not speeds.known or speeds.doubtful or driven > TUNING.min_slide:
+            # At rest, the direction of travel is nothing but its prior.
+            moves = max(motion.passing, motion.near) > TUNING.passing
+            if moves and (not speeds.known or speeds.doubtful or driven > TUNING.min_slide):
                 travel = motion.travel
                 self.tilt.add(self._horizon.pitch_along(
                     travel.course, travel.slope, azimuth=azimuth, lean=self._lean(self._roll)),
                     travel.slope_variance)
-            if self._is_unsure and motion.passing < TUNING.passing:
-                # A drive that begins at rest: the pitch of the camera is not known yet.
-                self.start(frame)
-                return standing(interval)
             turn = (motion.yaw, self._pitch_change(motion, interval), motion.roll)
         elif yaw is not None:
             turn = (yaw, -yaw * math.tan(self._roll), 0.0)
@@ -139,7 +137,7 @@ class RoadMeter:
     ) -> Travel:
         """Compare the road with that of the keyframe, or bridge the pair."""
         key = self._key
-        if self._is_unsure:
+        if self.tilt.deviation > TUNING.max_pitch_deviation and key.moves:
             self._matchers = None
         elif self._matchers is None or (
                 key.age <= interval
@@ -167,10 +165,6 @@ class RoadMeter:
                     and not self._profile.confirms(self.speed_filter.speed))
         travel = travel or self.speed_filter.bridge(interval, self._measured, turns=turns)
         return replace(travel, rivalled=rivalled)
-
-    @property
-    def _is_unsure(self) -> bool:
-        return self.tilt.deviation > TUNING.max_pitch_deviation
 
     def _search_further(self, interval: float) -> list[RoadSlide | None]:
         """Return slides beyond the bounds of the speed, or that of the profile."""

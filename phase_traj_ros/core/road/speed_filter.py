@@ -86,7 +86,9 @@ class SpeedFilter:
         """Set the speed to 0; return the distance of a standing pair."""
         self.speed, self.deviation, self.known = 0.0, 0.0, True
         self._unconfirmed = None
-        return standing(interval)
+        # A slower slide than this is not visible during the life of a keyframe.
+        deviation = TUNING.peak_cells * CELL * interval / TUNING.creep_time
+        return Travel(0.0, deviation ** 2, TravelState.STANDING)
 
     def bridge(self, interval: float, measured: Travel, *, turns: bool = False) -> Travel:
         """
@@ -109,10 +111,3 @@ class SpeedFilter:
         if abs(distance) > CELL:
             swing = math.hypot(swing, deviation / distance)
         return Travel(distance, variance, TravelState.BRIDGED, swing, tilt)
-
-
-def standing(interval: float) -> Travel:
-    """Return the distance of a pair, ``interval`` seconds apart, of a vehicle that stands."""
-    # A slower slide than this is not visible during the life of a keyframe.
-    deviation = TUNING.peak_cells * CELL * interval / TUNING.creep_time
-    return Travel(0.0, deviation ** 2, TravelState.STANDING)

@@ -40,10 +40,12 @@ class CameraRoll(SwayingAngle):
         Return the current roll relative to the surface of the road, in radians, right side down.
 
         A roll to the inside of a turn is the bank of the road, unless the vehicle has leaned by
-        more than roads do: then it is a two-wheeler.
+        more than roads do: then it is a two-wheeler. It may also be that of a mounting that is
+        not known yet.
         """
-        lean = self.current - self.mounting
-        return self.current if self._leans or lean * self._turning > 0.0 else self.mounting
+        banked = self._state[1] * self._turning <= 0.0 and not self._leans
+        known = self._covariance[0, 0] < TUNING.known_mounting ** 2
+        return self.mounting if banked and known else self.current
 
     def with_mounting(self, horizon: Horizon) -> 'CameraRoll':
         """Return the same roll with another mounting, that of the ``horizon``."""
@@ -87,13 +89,13 @@ class CameraRoll(SwayingAngle):
         sine, cosine = math.sin(mounting.angle), math.cos(mounting.angle)
         turned = motion.yaw * (mounting.slope + math.tan(self.current) * sine) / cosine
         leaned = motion.roll - turned
-        swung = -leaned * mounting.slope / (1.0 + mounting.slope ** 2)
+        before = self._state[1]
         self._state[1] += leaned
-        if not certain:
-            return swung
-        # Linearised by the roll.
-        innovation = motion.nod(self.current) - leaned * sine / cosine
-        change = -motion.yaw / math.cos(self.current) ** 2
-        self._correct(innovation, TUNING.pitch_walk ** 2 * interval, slope=change)
-        self._leans |= abs(self._state[1]) > TUNING.max_bank
-        return swung
+        if certain:
+            # Linearised by the roll.
+            innovation = motion.nod(self.current) - leaned * sine / cosine
+            change = -motion.yaw / math.cos(self.current) ** 2
+            self._correct(innovation, TUNING.pitch_walk ** 2 * interval, slope=change)
+            self._leans |= (abs(self._state[1]) > TUNING.max_bank
+                            and self._state[1] * self._turning < 0.0)
+        return float(before - self._state[1]) * mounting.slope / (1.0 + mounting.slope ** 2)

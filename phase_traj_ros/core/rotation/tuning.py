@@ -134,9 +134,11 @@ class YawTuning:
     """...which fades with this time constant on a straight, ..."""
     unseen_lean: float = math.radians(10.0)
     """...and of a change of the lean that is not seen, within a second or more."""
-    max_bank: float = math.radians(8.0)
-    """A vehicle that leans by more than the steepest bends of roads are banked is a two-wheeler: a
-    bank of 12 % is 7 degrees (AASHTO, "A Policy on Geometric Design of Highways and Streets")."""
+    max_bank: float = math.radians(6.0)
+    """A vehicle that leans to the inside by more than roads are banked (10 %, and a car leans to
+    the outside) is a two-wheeler."""
+    known_mounting: float = math.radians(2.0)
+    """Standard deviation of the roll of a mounting that is known well enough to see a bank."""
     pitch_walk: float = math.radians(1.2)
     """Standard deviation of the change of the pitch within a second, other than by the turn of a
     camera with a roll: on KITTI, the roll from a turn of 90 degrees errs by this."""

@@ -80,11 +80,13 @@ def test_it_stands_before_the_pitch_is_known():
     road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon())
     meter.start(road.seen(0.0))
     doubt = FocusOfExpansion(slope_variance=Horizon().pitch_deviation ** 2)
-    for _ in range(3):
+    for index in range(30):
         travel = meter.update(
             road.seen(0.0), 0.1, replace(motion(passing=0.0), travel=doubt))
-        assert (travel.distance, travel.state) == (0.0, TravelState.STANDING)
-    # A road that moves is not measured without the pitch.
+        assert travel.known and abs(travel.distance) < CELL
+        assert index < 4 or travel.state is TravelState.STANDING
+    # It has told nothing of the pitch, without which a road that moves is not measured.
+    assert meter.tilt.deviation == pytest.approx(Horizon().pitch_deviation, rel=0.05)
     driving = meter.update(road.seen(1.0), 0.1, replace(motion(passing=0.05), travel=doubt))
     assert driving.state is not TravelState.MEASURED
 

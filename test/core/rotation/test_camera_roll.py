@@ -189,12 +189,29 @@ def test_a_mounting_that_was_knocked_is_found_again():
 @pytest.mark.parametrize('side', [1, -1])
 def test_a_car_in_a_bend_that_is_banked_is_level_on_the_road(side):
     bank = np.radians(-5.0 * side) * np.clip(np.arange(40) / 10, 0.0, 1.0)
-    estimate = driven(bank, 10, yaw_rate=side * RATE)
+    estimate = driven(bank, 10, yaw_rate=side * RATE, estimate=driven(np.zeros(60), 10))
     assert estimate.current == pytest.approx(bank[-1], abs=math.radians(0.5))
     assert estimate.on_road == estimate.mounting == pytest.approx(0.0, abs=math.radians(0.5))
     # The other way, it is the car that leans on its springs.
     springs = driven(-bank / 2, 10, yaw_rate=side * RATE)
     assert springs.on_road == springs.current
+
+
+@pytest.mark.parametrize('side', [1, -1])
+@pytest.mark.parametrize('gap', [CameraRoll.forget_lean, lambda estimate: estimate.miss(1.0)])
+def test_the_roll_of_a_mounting_that_is_not_known_is_no_bank(gap, side):
+    estimate, roll = CameraRoll(Horizon()), np.full(25, math.radians(6.0))
+    gap(estimate)
+    driven(roll, 10, yaw_rate=side * RATE, estimate=estimate)
+    assert estimate.on_road == pytest.approx(roll[0], abs=math.radians(1.0))
+
+
+def test_a_picture_that_turns_on_a_straight_is_no_bicycle():
+    turned = np.radians(12.0) * np.sin(np.linspace(0.0, np.pi, 20))
+    estimate = driven(turned, 10, yaw_rate=0.0, estimate=driven(np.zeros(60), 10))
+    bank = np.radians(-4.0) * np.clip(np.arange(40) / 10, 0.0, 1.0)
+    driven(bank, 10, estimate=estimate)
+    assert estimate.on_road == estimate.mounting
 
 
 def test_a_bicycle_leans_relative_to_the_road():
