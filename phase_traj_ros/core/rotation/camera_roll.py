@@ -89,7 +89,6 @@ class CameraRoll(SwayingAngle):
         sine, cosine = math.sin(mounting.angle), math.cos(mounting.angle)
         turned = motion.yaw * (mounting.slope + math.tan(self.current) * sine) / cosine
         leaned = motion.roll - turned
-        before = self._state[1]
         self._state[1] += leaned
         if certain:
             # Linearised by the roll.
@@ -98,4 +97,5 @@ class CameraRoll(SwayingAngle):
             self._correct(innovation, TUNING.pitch_walk ** 2 * interval, slope=change)
             self._leans |= (abs(self._state[1]) > TUNING.max_bank
                             and self._state[1] * self._turning < 0.0)
-        return float(before - self._state[1]) * mounting.slope / (1.0 + mounting.slope ** 2)
+        # Not what a turn has told of an earlier lean, which is no motion of this pair.
+        return -leaned * mounting.slope / (1.0 + mounting.slope ** 2)

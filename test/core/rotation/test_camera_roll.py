@@ -124,6 +124,17 @@ def test_the_lean_of_a_camera_that_points_up_or_down_is_no_turn(pitch_deg, secon
     assert error == pytest.approx(0.0, abs=math.radians(0.4))
 
 
+def test_what_a_turn_tells_of_an_earlier_lean_is_no_motion():
+    """With the change of the estimate, a model car's heading erred by a sixth more."""
+    mounting, yaw = Mounting(Horizon(pitch=math.radians(10.0))), 0.1
+    estimate = CameraRoll(Horizon())
+    estimate.miss(1.0)
+    swung = estimate.add(
+        moved(yaw, yaw * math.tan(math.radians(18.0)), yaw * mounting.slope), 0.1, mounting)
+    assert estimate.current < math.radians(-5.0)
+    assert swung == pytest.approx(0.0, abs=1e-12)
+
+
 def test_a_roll_that_is_taken_back_leaves_nothing():
     """The blocks of one frame are wrong: two pairs show opposite changes."""
     estimate = CameraRoll(Horizon())
