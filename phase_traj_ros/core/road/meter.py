@@ -114,7 +114,7 @@ class RoadMeter:
         if motion is not None:
             driven = self.speed_filter.speed * max(motion.age, interval)
             speeds = self.speed_filter
-            # At rest, the direction of travel is nothing but its prior.
+            # At rest, the blocks do not show the direction of travel: it equals its prior.
             moves = max(motion.passing, motion.near) > TUNING.passing
             if moves and (not speeds.known or speeds.doubtful or driven > TUNING.min_slide):
                 travel = motion.travel

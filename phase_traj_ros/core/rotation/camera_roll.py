@@ -80,9 +80,10 @@ class CameraRoll(SwayingAngle):
         """
         Add the motion of a pair of frames that are ``interval`` seconds apart.
 
-        Return the part of its yaw that is no turn: a camera that points up or down sees a part of
-        a lean as yaw. ``mounting`` has the direction of travel. If the motion is not ``certain``,
-        only its change of the roll counts, which the next pair may take back.
+        Return the part of its yaw that comes from a lean, in radians: a camera that points up or
+        down sees a part of each lean as yaw. ``mounting`` has the direction of travel. If the
+        motion is not ``certain``, only its change of the roll counts, which the next pair may
+        take back.
         """
         # The turn of a camera that is mounted with a pitch is in part a roll, too. A vehicle leans
         # about its direction of travel, so a camera that points aside sees a part as a pitch.
@@ -97,5 +98,5 @@ class CameraRoll(SwayingAngle):
             self._correct(innovation, TUNING.pitch_walk ** 2 * interval, slope=change)
             self._leans |= (abs(self._state[1]) > TUNING.max_bank
                             and self._state[1] * self._turning < 0.0)
-        # Not what a turn has told of an earlier lean, which is no motion of this pair.
+        # Without the correction above: it concerns an earlier lean, not the motion of this pair.
         return -leaned * mounting.slope / (1.0 + mounting.slope ** 2)

@@ -42,7 +42,8 @@ class YawMeasurement:
     agreement
         Share of the blocks that agree, 0 to 1.
     motion
-        Rotation since the previous frame, and direction of travel; None unless the yaw is refined.
+        Rotation of the camera since the previous frame, and direction of travel; None unless the
+        yaw is refined. Unlike ``yaw``, it includes the yaw that comes from a lean.
     share
         Share of the pair in the time since the keyframe from which it was measured.
     common
