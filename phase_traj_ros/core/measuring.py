@@ -193,6 +193,9 @@ class PairMeter:
         if pair.cut:
             self._guard.interrupt()
             if self._settings.guards:
+                # Before the road, which starts with the roll.
+                if self.camera is not None:
+                    self.camera.cut()
                 self._road.forget()
                 known = KnownMotion()
         found = self._guard.examine(

@@ -8,6 +8,11 @@ import numpy as np
 from phase_traj_ros.core.camera.tuning import TUNING
 
 
+def mounting_drift(interval: float) -> float:
+    """Return the variance by which an angle of the mounting changes within seconds, in rad2."""
+    return TUNING.mounting_drift ** 2 * min(interval / TUNING.mounting_drift_s, 1.0)
+
+
 class SwayingAngle:
     """
     A Kalman filter of two states: the angle of the mounting, and the sway of the vehicle.
@@ -32,11 +37,24 @@ class SwayingAngle:
         """Return the current angle."""
         return float(self._state[0] + self._state[1])
 
-    def _fade(self, kept: float) -> None:
-        """Multiply the sway by ``kept``, 0 to 1."""
-        self._state[1] *= kept
-        self._covariance[1] *= kept
-        self._covariance[:, 1] *= kept
+    def _fade(
+        self, interval: float, *, time: float, deviation: float, lasts: bool = False,
+    ) -> None:
+        """
+        Forget the sway with a ``time`` constant in seconds, unless it ``lasts``.
+
+        Its standard deviation tends to ``deviation``.
+        """
+        kept = math.exp(-interval / time)
+        if not lasts:
+            self._state[1] *= kept
+            self._covariance[1] *= kept
+            self._covariance[:, 1] *= kept
+        self._covariance[1, 1] += (1.0 - kept * kept) * deviation ** 2
+
+    def _drift(self, interval: float) -> None:
+        """Add the variance by which the mounting changes within ``interval`` seconds."""
+        self._covariance[0, 0] += mounting_drift(interval)
 
     def _correct(self, innovation: float, variance: float, *, slope: float = 1.0) -> None:
         """Add a measurement; ``slope`` is its derivative by the sum of both angles."""
@@ -47,9 +65,3 @@ class SwayingAngle:
         gain = spread / (total + variance)
         self._state += gain * innovation
         self._covariance -= np.outer(gain, spread)
-
-    def _deviation_of(self, part: int) -> float:
-        """Return the contribution of the mounting (0) or the sway (1) to the deviation."""
-        # Only the sum is measured, so the errors of both parts mostly cancel. Each contributes its
-        # covariance with the sum.
-        return math.sqrt(max(float(self._covariance[part].sum()), 0.0))

@@ -83,6 +83,10 @@ class CameraTuning:
     pitch, ..."""
     turn_roll: float = math.radians(2.0)
     """...and in roll."""
+    mounting_drift: float = math.radians(0.3)
+    """Standard deviation of the change of an angle of the mounting (passengers, load, slopes)..."""
+    mounting_drift_s: float = 600.0
+    """...within this time in seconds."""
     outlier_deviations: float = 2.0
     """The weight of a pitch or roll decreases beyond this many standard deviations."""
 

@@ -61,7 +61,6 @@ class VisualCompass:
         """
         self.tracker.cut()
         self._turns.cut()
-        self.camera.cut()
 
     def restart(self) -> None:
         """Restart at heading 0 with the newest frame; a learned camera is kept."""

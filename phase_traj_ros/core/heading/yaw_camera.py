@@ -102,7 +102,7 @@ class YawCamera:
 
     @property
     def roll(self) -> CameraRoll:
-        """Return the roll of the camera relative to the road."""
+        """Return the roll of the camera, relative to the vertical and to the road."""
         return CameraRoll(self.lens.horizon) if self._meter is None else self._meter.roll
 
     @property

@@ -108,6 +108,9 @@ class RoadMeter:
         self.speed_filter.predict(interval, interval_deviation=interval_deviation)
         self.tilt.predict(interval)
         self._profile.predict(interval)
+        if still or (motion is None and yaw is None):
+            # A pair that shows no pitch rate: what it was before fades.
+            self._mean_pitch_rate *= math.exp(-interval / TUNING.grade_time)
         if still:
             self.start(frame)
             return self.speed_filter.stand(interval)

@@ -43,11 +43,9 @@ class RoadTilt(SwayingAngle):
 
     def predict(self, interval: float) -> None:
         """Predict ``interval`` seconds ahead."""
-        kept = math.exp(-interval / TUNING.suspension_time)
-        self._fade(kept)
-        self._covariance[1, 1] += (1.0 - kept * kept) * TUNING.suspension_pitch ** 2
-        drift = min(interval / TUNING.load_time, 1.0)
-        self._covariance[0, 0] += TUNING.load_pitch ** 2 * drift
+        self._fade(
+            interval, time=TUNING.suspension_time, deviation=TUNING.suspension_pitch)
+        self._drift(interval)
 
     def add_slides(
         self, ratio: float, apart: float, variance: float, *, assumed: float,
@@ -64,3 +62,9 @@ class RoadTilt(SwayingAngle):
     def add(self, pitch: float, variance: float) -> None:
         """Add a measured pitch in radians, positive down, with its variance."""
         self._correct(pitch - self.current, variance)
+
+    def _deviation_of(self, part: int) -> float:
+        """Return the contribution of the mounting (0) or the suspension (1) to the deviation."""
+        # Only the sum is measured, so the errors of both parts mostly cancel. Each contributes its
+        # covariance with the sum.
+        return math.sqrt(max(float(self._covariance[part].sum()), 0.0))

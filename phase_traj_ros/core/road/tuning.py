@@ -110,10 +110,6 @@ class RoadTuning:
     """Pitch of the suspension: standard deviation in rad, and..."""
     suspension_time: float = 1.0
     """...correlation time in seconds."""
-    load_pitch: float = math.radians(0.3)
-    """Change of the pitch of the mounting (passengers, load, slopes) in rad..."""
-    load_time: float = 600.0
-    """...within this time in seconds."""
     common_pitch_error: float = 0.0015
     """Error of the measured pitch that does not average out, in rad: the road is not a plane, and
     the principal point has an error."""

@@ -40,8 +40,8 @@ class CameraRoll(SwayingAngle):
         Return the current roll relative to the surface of the road, in radians, right side down.
 
         A roll to the inside of a turn is the bank of the road, unless the vehicle has leaned by
-        more than roads do: then it is a two-wheeler. It may also be that of a mounting that is
-        not known yet.
+        more than roads do: then it is a two-wheeler. While the roll of the mounting is not known,
+        all of it counts, as it may be that of the mounting.
         """
         banked = self._state[1] * self._turning <= 0.0 and not self._leans
         known = self._covariance[0, 0] < TUNING.known_mounting ** 2
@@ -51,6 +51,8 @@ class CameraRoll(SwayingAngle):
         """Return the same roll with another mounting, that of the ``horizon``."""
         other = CameraRoll(horizon, lean=self.current - horizon.roll)
         other._leans = self._leans
+        # Just after a gap, the lean is not known.
+        other._covariance[1, 1] = max(other._covariance[1, 1], self._covariance[1, 1])
         return other
 
     def forget_lean(self) -> None:
@@ -59,20 +61,16 @@ class CameraRoll(SwayingAngle):
         self._covariance[1, 1] = TUNING.unseen_lean ** 2
 
     def miss(self, interval: float) -> None:
-        """Add the variance of a change in a pair of frames that does not show it."""
-        most = TUNING.unseen_lean ** 2
-        self._covariance[1, 1] = min(self._covariance[1, 1] + most * interval, most)
+        """Forget the lean the more, the longer a pair of frames is that does not show its change."""
+        self._fade(interval, time=TUNING.unseen_lean_s, deviation=TUNING.unseen_lean)
 
     def predict(self, interval: float, yaw_rate: float) -> None:
         """Predict ``interval`` seconds ahead, at a yaw rate in radians per second."""
-        kept = math.exp(-interval / TUNING.lean_time_s)
         self._turning = yaw_rate if abs(yaw_rate) > TUNING.straight_yaw_rate else 0.0
-        if not self._turning:
-            # On a straight, a vehicle is upright: what seems to be a lean is the bank of the road.
-            self._fade(kept)
-        self._covariance[1, 1] += (1.0 - kept * kept) * TUNING.lean_deviation ** 2
-        self._covariance[0, 0] += (
-            TUNING.mounting_drift ** 2 * min(interval / TUNING.mounting_drift_s, 1.0))
+        # On a straight, a vehicle is upright: what seems to be a lean is the bank of the road.
+        self._fade(interval, time=TUNING.lean_time_s, deviation=TUNING.lean_deviation,
+                   lasts=self._turning != 0.0)
+        self._drift(interval)
 
     def add(
         self, motion: CameraMotion, interval: float, mounting: Mounting, *, certain: bool = True,
@@ -96,7 +94,9 @@ class CameraRoll(SwayingAngle):
             innovation = motion.nod(self.current) - leaned * sine / cosine
             change = -motion.yaw / math.cos(self.current) ** 2
             self._correct(innovation, TUNING.pitch_walk ** 2 * interval, slope=change)
-            self._leans |= (abs(self._state[1]) > TUNING.max_bank
+            # Just after a gap, the lean may be wrong by more than a bank.
+            doubt = TUNING.lean_deviations * math.sqrt(self._covariance[1, 1])
+            self._leans |= (abs(self._state[1]) > TUNING.max_bank + doubt
                             and self._state[1] * self._turning < 0.0)
         # Without the correction above: it concerns an earlier lean, not the motion of this pair.
         return -leaned * mounting.slope / (1.0 + mounting.slope ** 2)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import math
 
 from phase_traj_ros.core.camera.horizon import Horizon
+from phase_traj_ros.core.camera.swaying_angle import mounting_drift
 from phase_traj_ros.core.rotation.tuning import TUNING
 
 
@@ -107,7 +108,7 @@ class Mounting:
         ``interval`` is the time between the frames in seconds, above 0. Turns, by the ``yaw_rate``
         in radians per second, are ignored, as the camera moves sideways.
         """
-        drift = TUNING.mounting_drift ** 2 * min(interval / TUNING.mounting_drift_s, 1.0)
+        drift = mounting_drift(interval)
         self._variance += drift
         self._slope_variance += drift
         if abs(yaw_rate) > TUNING.straight_yaw_rate:

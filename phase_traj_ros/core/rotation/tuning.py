@@ -111,11 +111,7 @@ class YawTuning:
     slope_deviation: float = math.radians(2.0)
     """...and the standard deviation of the slope."""
     mounting_deviation: float = math.radians(3.0)
-    """Standard deviation of the azimuth at which cameras are mounted..."""
-    mounting_drift: float = math.radians(0.3)
-    """...and of the change of it and of their pitch and roll..."""
-    mounting_drift_s: float = 600.0
-    """...within this time, as that of the pitch."""
+    """Standard deviation of the azimuth at which cameras are mounted."""
     sideslip_s: float = 0.4
     """Sideslip of the camera per yaw rate: in a turn, a camera ahead of the rear axle moves
     sideways by the yaw rate times its lever arm. The quotient is 1.6 m at 4 m/s."""
@@ -131,12 +127,16 @@ class YawTuning:
     lean_deviation: float = math.radians(1.0)
     """Standard deviation of the lean of a vehicle..."""
     lean_time_s: float = 10.0
-    """...which fades with this time constant on a straight, ..."""
+    """...which fades with this time constant on a straight."""
     unseen_lean: float = math.radians(10.0)
-    """...and of a change of the lean that is not seen, within a second or more."""
+    """Standard deviation of a lean that was not seen for long, ..."""
+    unseen_lean_s: float = 2.0
+    """...and time constant in seconds with which the last one that was seen is forgotten."""
     max_bank: float = math.radians(6.0)
     """A vehicle that leans to the inside by more than roads are banked (10 %, and a car leans to
-    the outside) is a two-wheeler."""
+    the outside) is a two-wheeler, ..."""
+    lean_deviations: float = 2.0
+    """...by so many standard deviations of the lean more."""
     known_mounting: float = math.radians(2.0)
     """Standard deviation of the roll of a mounting that is known well enough to see a bank."""
     pitch_walk: float = math.radians(1.2)

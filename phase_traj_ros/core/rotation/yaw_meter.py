@@ -111,7 +111,7 @@ class YawMeter:
         self._next_shift: WholeShift | None = None
         self._traffic = CrossTraffic(still=TUNING.fixed_px / projection.px_per_rad)
         self.roll = roll or CameraRoll(Horizon())
-        """Roll of the camera relative to the road."""
+        """Roll of the camera, relative to the vertical and to the road."""
         self._restart()
 
     def reset(self) -> None:
