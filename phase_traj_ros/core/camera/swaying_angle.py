@@ -52,6 +52,11 @@ class SwayingAngle:
             self._covariance[:, 1] *= kept
         self._covariance[1, 1] += (1.0 - kept * kept) * deviation ** 2
 
+    def _forget(self, deviation: float) -> None:
+        """Restart without a sway, with this standard deviation; the mounting is kept."""
+        self._state[1] = self._covariance[0, 1] = self._covariance[1, 0] = 0.0
+        self._covariance[1, 1] = deviation ** 2
+
     def _drift(self, interval: float) -> None:
         """Add the variance by which the mounting changes within ``interval`` seconds."""
         self._covariance[0, 0] += mounting_drift(interval)

@@ -84,7 +84,7 @@ class CameraTuning:
     turn_roll: float = math.radians(2.0)
     """...and in roll."""
     mounting_drift: float = math.radians(0.3)
-    """Standard deviation of the change of an angle of the mounting (passengers, load, slopes)..."""
+    """Standard deviation of the change of an angle of the mounting with the load..."""
     mounting_drift_s: float = 600.0
     """...within this time in seconds."""
     outlier_deviations: float = 2.0

@@ -53,7 +53,7 @@ class RoadMeter:
         """Speed of the vehicle."""
         self._matchers: tuple[PatchMatcher, ...] | None = None
         self._azimuth = self._mean_pitch_rate = 0.0
-        self._roll = horizon.roll
+        self._roll = self._previous_roll = horizon.roll
         # Azimuth and pitch with which the patches were made.
         self._assumed_azimuth = self._assumed = 0.0
         self._key_frame: Frame | None = None
@@ -73,8 +73,9 @@ class RoadMeter:
             self._mask, self._matchers = mask, None
 
     def forget(self) -> None:
-        """Restart with the next frame; the tilt is kept."""
+        """Restart with the next frame; the pitch of the mounting is kept."""
         self.speed_filter.forget()
+        self.tilt.forget_suspension()
         self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
         self._key_frame, self._key = None, RoadKeyframe()
@@ -104,6 +105,7 @@ class RoadMeter:
         the horizon. ``still`` is whether the vehicle is known to stand.
         """
         self._azimuth = azimuth
+        self._previous_roll = self._roll
         self._roll = self._horizon.roll if roll is None else roll
         self.speed_filter.predict(interval, interval_deviation=interval_deviation)
         self.tilt.predict(interval)
@@ -114,7 +116,10 @@ class RoadMeter:
         if still:
             self.start(frame)
             return self.speed_filter.stand(interval)
+        nod = 0.0
         if motion is not None:
+            nod = self._nod(motion, interval)
+            self.tilt.nod(nod, TUNING.block_pitch_deviation)
             driven = self.speed_filter.speed * max(motion.age, interval)
             speeds = self.speed_filter
             # At rest, the blocks do not show the direction of travel: it equals its prior.
@@ -124,12 +129,11 @@ class RoadMeter:
                 self.tilt.add(self._horizon.pitch_along(
                     travel.course, travel.slope, azimuth=azimuth, lean=self._lean(self._roll)),
                     travel.slope_variance)
-            turn = (motion.yaw, self._pitch_change(motion, interval), motion.roll)
-        elif yaw is not None:
-            turn = (yaw, -yaw * math.tan(self._roll), 0.0)
-        else:
+            yaw = motion.yaw
+        elif yaw is None:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured)
+        turn = (yaw, nod - yaw * math.tan(self._roll), 0.0 if motion is None else motion.roll)
         self._key.add_rotation(*turn, interval, None if motion is None else motion.near)
         return self._measure(
             frame, interval, turn,
@@ -186,9 +190,10 @@ class RoadMeter:
     def _add_to_profile(self, interval: float, turn: tuple[float, float, float]) -> None:
         """Add the changes in the newest frames to the profile of the speed."""
         ways, turned = self._profile.speeds * interval, rotation(*turn)
+        nod = turn[1] + turn[0] * math.tan(self._previous_roll)
         scores = np.array([
-            matcher.scores_of_changes(ways, turned, scale=self._slide_scale(matcher.depth),
-                                      roll=self._lean(self._roll))
+            matcher.scores_of_changes(ways, turned, scale=self._slide_scale(matcher.depth, nod),
+                                      roll=self._lean(self._previous_roll))
             for matcher in self._matchers or ()]).sum(axis=0)
         # Patterns that change their place a little make slides near 0.
         self._profile.add(scores, np.isfinite(scores) & (ways > TUNING.profile_begins))
@@ -208,7 +213,7 @@ class RoadMeter:
             self._key.age = interval
         distance = self._key.distance + speed * interval
         deviation = math.hypot(near.deviation(self._key), TUNING.acceleration * interval ** 2)
-        raw = distance * self._slide_scale(near.depth)
+        raw = distance * self._slide_scale(near.depth, self._key.nod)
         return RoadSlide(distance, deviation, score, near.depth, raw, False)
 
     def _slides(self, interval: float, speeds: SpeedFilter) -> list[RoadSlide | None]:
@@ -219,7 +224,7 @@ class RoadMeter:
                 self._key.distance + speed * interval
                 for speed in speeds.bounds(matcher.deviation(self._key) / interval))
             found.append(matcher.find(
-                least, most, self._key, scale=self._slide_scale(matcher.depth)))
+                least, most, self._key, scale=self._slide_scale(matcher.depth, self._key.nod)))
         return found
 
     def _renew(self, frame: Frame) -> None:
@@ -231,14 +236,14 @@ class RoadMeter:
             matcher.set_reference(self._lean(self._roll))
         self._key_frame, self._key = frame, RoadKeyframe(self._roll)
 
-    def _pitch_change(self, motion: CameraMotion, interval: float) -> float:
-        """Return the change of the pitch of the camera relative to the road."""
+    def _nod(self, motion: CameraMotion, interval: float) -> float:
+        """Return the change of the pitch relative to the road in a pair, positive nose up."""
         # The suspension oscillates. A lasting pitch rate comes from a vertical curve of the road,
         # which the vehicle follows, or from an error of the blocks.
         share = 1.0 - math.exp(-interval / TUNING.grade_time)
-        self._mean_pitch_rate += share * (
-            motion.nod(self._roll) / interval - self._mean_pitch_rate)
-        return motion.pitch - self._mean_pitch_rate * interval
+        nod = motion.nod(self._roll)
+        self._mean_pitch_rate += share * (nod / interval - self._mean_pitch_rate)
+        return nod - self._mean_pitch_rate * interval
 
     def _combine_slides(self, found: list[RoadSlide], interval: float) -> Travel | None:
         """Combine the slides of the patches."""
@@ -253,7 +258,8 @@ class RoadMeter:
         if len(agreeing) == 2 and best.distance > TUNING.min_slide:
             self._compare(*agreeing)
             agreeing = [replace(
-                each, distance=each.raw / self._slide_scale(each.depth)) for each in agreeing]
+                each, distance=each.raw / self._slide_scale(each.depth, key.nod))
+                for each in agreeing]
         if all(each.fixed for each in agreeing):
             if key.moves:
                 # A slow vehicle, or a pattern that is fixed to the camera: wait for a later frame.
@@ -306,11 +312,16 @@ class RoadMeter:
         self.tilt.add_slides(
             far.raw / near.raw, far.depth - near.depth,
             (nod ** 2 + 2.0 * (TUNING.peak_cells * CELL) ** 2) / near.raw ** 2,
-            assumed=self._assumed)
+            assumed=self._assumed - self._key.nod)
 
-    def _slide_scale(self, depth: float) -> float:
-        """Return the factor by which a slide is too large, as the pitch has changed."""
-        return math.exp(2.0 * depth * (self.tilt.current - self._assumed))
+    def _slide_scale(self, depth: float, nod: float) -> float:
+        """
+        Return the factor by which a slide is too large, as the pitch differs from that assumed.
+
+        The slide is that since a frame with the pitch before the ``nod``, as the newest frame is
+        rotated to it.
+        """
+        return math.exp(2.0 * depth * (self.tilt.current + nod - self._assumed))
 
     def _lean(self, roll: float) -> float:
         """Return a roll relative to that of the patches; 0 if it makes no difference."""

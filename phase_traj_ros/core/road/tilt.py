@@ -47,14 +47,23 @@ class RoadTilt(SwayingAngle):
             interval, time=TUNING.suspension_time, deviation=TUNING.suspension_pitch)
         self._drift(interval)
 
+    def forget_suspension(self) -> None:
+        """Restart without a pitch of the suspension; that of the mounting is kept."""
+        self._forget(TUNING.suspension_pitch)
+
+    def nod(self, angle: float, deviation: float) -> None:
+        """Add a measured change of the pitch in radians, positive nose up."""
+        self._state[1] -= angle
+        self._covariance[1, 1] += deviation ** 2
+
     def add_slides(
         self, ratio: float, apart: float, variance: float, *, assumed: float,
     ) -> None:
         """
         Add the ratio of the slides of the far and the near road, with its variance.
 
-        The patches are ``apart`` camera heights from each other, and were made with the pitch
-        ``assumed``, in radians.
+        The patches are ``apart`` camera heights from each other. If the slides are equal, the
+        current pitch is ``assumed``, in radians.
         """
         steep = 2.0 * apart
         self.add(assumed + math.log(max(ratio, 1e-3)) / steep, variance / (steep * steep))

@@ -106,7 +106,7 @@ class RoadTuning:
     """Least roll relative to that of the patches that is removed from them."""
     min_slide: float = 0.1
     """Least slide of a pair for the estimation of the pitch."""
-    suspension_pitch: float = math.radians(0.4)
+    suspension_pitch: float = math.radians(0.5)
     """Pitch of the suspension: standard deviation in rad, and..."""
     suspension_time: float = 1.0
     """...correlation time in seconds."""

@@ -51,8 +51,13 @@ class Keyframe:
         """
         return self._initial_travel.predict(self.age, yaw_rate, mounting)
 
-    def add(self, motion: CameraMotion, blocks: BlockShifts) -> CameraMotion:
-        """Add the motion since this frame; return it with the rotation of the newest pair."""
+    def add(self, motion: CameraMotion, blocks: BlockShifts, *, roll: float) -> CameraMotion:
+        """
+        Add the motion since this frame of a camera with this roll, in radians, right side down.
+
+        Return it with the rotation of the newest pair, and the direction of travel in the newest
+        frame.
+        """
         self.agreement = max(self.agreement, motion.agreement)
         last, seen = self.moved.copy(), blocks.weight > 0.0
         for column, moved in enumerate((blocks.dx, blocks.dy)):
@@ -62,8 +67,10 @@ class Keyframe:
             self.moved, self.moved - last))
         share = newest / far if far > newest else 1.0
         before, self._rotation = self._rotation, (motion.yaw, motion.pitch, motion.roll)
-        yaw, pitch, roll = (after - last for after, last in zip(self._rotation, before))
-        return replace(motion, yaw=yaw, pitch=pitch, roll=roll, age=self.age,
+        yaw, pitch, rolled = (after - last for after, last in zip(self._rotation, before))
+        # It is measured half-way between the frames.
+        travel = replace(motion.travel, slope=motion.travel.slope + motion.nod(roll) / 2)
+        return replace(motion, yaw=yaw, pitch=pitch, roll=rolled, travel=travel, age=self.age,
                        near=share * motion.near)
 
     def is_near(self, passing: float, yaw_rate: float, later: float) -> bool:

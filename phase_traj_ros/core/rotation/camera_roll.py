@@ -26,8 +26,10 @@ class CameraRoll(SwayingAngle):
         """Start with the roll of a ``horizon``, and with the lean of the vehicle in radians."""
         super().__init__(horizon.roll, deviation=horizon.roll_deviation,
                          sway=lean, sway_deviation=TUNING.lean_deviation)
-        # Yaw rate in a turn, 0 on a straight; and whether the vehicle leans by itself.
-        self._turning, self._leans = 0.0, False
+        self.yaw_rate = 0.0
+        """Mean yaw rate in radians per second, without the shaking of the camera."""
+        # Whether the vehicle leans by itself.
+        self._leans = False
 
     @property
     def current(self) -> float:
@@ -50,27 +52,37 @@ class CameraRoll(SwayingAngle):
     def with_mounting(self, horizon: Horizon) -> 'CameraRoll':
         """Return the same roll with another mounting, that of the ``horizon``."""
         other = CameraRoll(horizon, lean=self.current - horizon.roll)
-        other._leans = self._leans
+        other._leans, other.yaw_rate = self._leans, self.yaw_rate
         # Just after a gap, the lean is not known.
         other._covariance[1, 1] = max(other._covariance[1, 1], self._covariance[1, 1])
         return other
 
     def forget_lean(self) -> None:
         """Restart upright, as far as is known; the roll of the mounting is kept."""
-        self._state[1] = self._covariance[0, 1] = self._covariance[1, 0] = 0.0
-        self._covariance[1, 1] = TUNING.unseen_lean ** 2
+        self.yaw_rate = 0.0
+        self._forget(TUNING.unseen_lean)
 
     def miss(self, interval: float) -> None:
-        """Forget the lean the more, the longer a pair of frames is that does not show its change."""
+        """Add a pair of frames that does not show the change of the roll, nor the yaw."""
+        self._average(0.0, interval)
         self._fade(interval, time=TUNING.unseen_lean_s, deviation=TUNING.unseen_lean)
 
-    def predict(self, interval: float, yaw_rate: float) -> None:
-        """Predict ``interval`` seconds ahead, at a yaw rate in radians per second."""
-        self._turning = yaw_rate if abs(yaw_rate) > TUNING.straight_yaw_rate else 0.0
+    def predict(self, interval: float) -> None:
+        """Predict ``interval`` seconds ahead."""
         # On a straight, a vehicle is upright: what seems to be a lean is the bank of the road.
         self._fade(interval, time=TUNING.lean_time_s, deviation=TUNING.lean_deviation,
                    lasts=self._turning != 0.0)
         self._drift(interval)
+
+    @property
+    def _turning(self) -> float:
+        """Return the yaw rate in a turn, 0 on a straight."""
+        return self.yaw_rate if abs(self.yaw_rate) > TUNING.straight_yaw_rate else 0.0
+
+    def _average(self, yaw: float, interval: float) -> None:
+        """Add the yaw of a pair to the mean yaw rate."""
+        share = 1.0 - math.exp(-interval / TUNING.yaw_rate_s)
+        self.yaw_rate += share * (yaw / interval - self.yaw_rate)
 
     def add(
         self, motion: CameraMotion, interval: float, mounting: Mounting, *, certain: bool = True,
@@ -83,6 +95,7 @@ class CameraRoll(SwayingAngle):
         motion is not ``certain``, only its change of the roll counts, which the next pair may
         take back.
         """
+        self._average(motion.yaw, interval)
         # The turn of a camera that is mounted with a pitch is in part a roll, too. A vehicle leans
         # about its direction of travel, so a camera that points aside sees a part as a pitch.
         sine, cosine = math.sin(mounting.angle), math.cos(mounting.angle)
@@ -90,9 +103,10 @@ class CameraRoll(SwayingAngle):
         leaned = motion.roll - turned
         self._state[1] += leaned
         if certain:
-            # Linearised by the roll.
+            # Linearised by the roll. The yaw of a single pair is in part a shake of the camera,
+            # which tells nothing of the roll.
             innovation = motion.nod(self.current) - leaned * sine / cosine
-            change = -motion.yaw / math.cos(self.current) ** 2
+            change = -self.yaw_rate * interval / math.cos(self.current) ** 2
             self._correct(innovation, TUNING.pitch_walk ** 2 * interval, slope=change)
             # Just after a gap, the lean may be wrong by more than a bank.
             doubt = TUNING.lean_deviations * math.sqrt(self._covariance[1, 1])

@@ -118,6 +118,8 @@ class YawTuning:
     course_deviations: float = 2.0
     """Standard deviations of course and sideslip within which the course of blocks that hardly
     agree has to be."""
+    yaw_rate_s: float = 0.25
+    """Time constant of the mean of the yaw rate: a camera that shakes does not turn."""
     straight_yaw_rate: float = math.radians(3.0)
     """A vehicle drives straight ahead below this yaw rate..."""
     min_passing: float = 0.01

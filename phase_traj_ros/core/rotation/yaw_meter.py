@@ -203,7 +203,7 @@ class YawMeter:
             self._rate = 0.0
             return None
         key.age += interval
-        self.roll.predict(interval, self._rate)
+        self.roll.predict(interval)
         self._stood = stood
         match = self._match_keyframe(key, previous, current, shift, interval)
         if match is None or not match.motion.holds(TUNING.confirmed_share):
@@ -277,7 +277,7 @@ class YawMeter:
         key, motion = match.key, match.motion
         self._traffic.update(
             motion, match.blocks.resting, moving=match.blocks.moving, stood=self._stood)
-        pair = key.add(motion, match.blocks)
+        pair = key.add(motion, match.blocks, roll=self.roll.current)
         self._rate = pair.yaw / interval
         self._passing = motion.passing / key.age
         if not self._is_traffic:
@@ -287,7 +287,7 @@ class YawMeter:
         swung = self.roll.add(pair, interval, self.mounting,
                               certain=motion.certain and not self._is_traffic)
         if motion.passing > TUNING.min_passing and not self._is_traffic:
-            self.mounting.add(motion.travel, interval, self._rate)
+            self.mounting.add(motion.travel, interval, self.roll.yaw_rate)
         return YawMeasurement(
             shift, pair.yaw - swung, True, motion.agreement, pair, interval / key.age,
             common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad),

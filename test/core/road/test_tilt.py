@@ -64,7 +64,7 @@ def test_what_is_not_measured_becomes_uncertain():
     tilt.predict(5.0)
     mounted = tilt.common_deviation
     # The springs forget what they were within seconds, the load of the vehicle takes minutes.
-    assert tilt.swing_deviation == pytest.approx(math.radians(0.4), rel=0.01)
+    assert tilt.swing_deviation == pytest.approx(math.radians(0.5), rel=0.01)
     assert tilt.swing_deviation > 1.5 * sure
     tilt.predict(5.0)
     assert tilt.common_deviation < 1.1 * mounted

@@ -93,7 +93,7 @@ def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
     blocks = BlockShifts(
         np.array([1.0, 2.0, 9.0]), np.zeros(3), np.array([1.0, 1.0, 0.0]), np.ones(3))
     yaws = (0.01, 0.025, 0.02)
-    pairs = [key.add(motion(yaw, 0.01), blocks) for yaw in yaws]
+    pairs = [key.add(motion(yaw, 0.01), blocks, roll=0.0) for yaw in yaws]
     assert np.cumsum([pair.yaw for pair in pairs]) == pytest.approx(yaws)
     # The blocks have not moved in the second and the third pair: the vehicle stopped meanwhile.
     assert [pair.near for pair in pairs] == [0.01, 0.0, 0.0]
@@ -105,17 +105,26 @@ def test_pitch_and_roll_since_a_keyframe_add_up_as_the_yaw_does():
     key = Keyframe(PICTURE, FocusOfExpansion())
     blocks = BlockShifts(*np.ones((4, 3)))
     turned = [(0.001, 0.002), (0.003, -0.001), (0.003, 0.005)]
-    pairs = [key.add(replace(motion(0.0, 0.01), pitch=pitch, roll=roll), blocks)
+    pairs = [key.add(replace(motion(0.0, 0.01), pitch=pitch, roll=roll), blocks, roll=0.0)
              for pitch, roll in turned]
     assert np.cumsum([(pair.pitch, pair.roll) for pair in pairs], axis=0) == pytest.approx(
         np.array(turned))
+
+
+@pytest.mark.parametrize('roll', [0.0, -0.3])
+def test_the_direction_of_travel_is_that_in_the_newest_frame(roll):
+    """It is measured half-way; only a nod moves it, not the turn of a camera with a roll."""
+    key, blocks = Keyframe(PICTURE, FocusOfExpansion()), BlockShifts(*np.ones((4, 3)))
+    turn = replace(motion(0.05, 0.01), pitch=0.01 - 0.05 * math.tan(roll))
+    assert key.add(turn, blocks, roll=roll).travel.slope == pytest.approx(0.005)
+    assert key.travel.slope == 0.0
 
 
 def test_what_is_near_counts_for_a_pair_by_its_share_of_the_way():
     key, nears = Keyframe(PICTURE, FocusOfExpansion()), []
     for way in (1.0, 2.0, 4.0):
         blocks = BlockShifts(np.full(3, 0.6 * way), np.full(3, 0.8 * way), *np.ones((2, 3)))
-        nears.append(key.add(motion(0.0, 0.01 * way), blocks).near)
+        nears.append(key.add(motion(0.0, 0.01 * way), blocks, roll=0.0).near)
     assert nears == pytest.approx([0.01, 0.01, 0.02])
 
 
@@ -126,7 +135,7 @@ def test_a_keyframe_reaches_as_far_as_blocks_can_be_compared(sign):
     key.age = 0.1
     assert key.is_near(0.4, sign * 0.5, 0.1)
     assert not key.is_near(0.6, 0.0, 0.1) and not key.is_near(0.0, sign * 0.8, 0.1)
-    key.add(motion(sign * 0.04, 0.01), BlockShifts(*np.ones((4, 3))))
+    key.add(motion(sign * 0.04, 0.01), BlockShifts(*np.ones((4, 3))), roll=0.0)
     assert not key.is_near(0.4, sign * 0.5, 0.1) and key.is_near(0.4, -sign * 0.5, 0.1)
 
 
