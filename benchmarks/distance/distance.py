@@ -86,7 +86,8 @@ _WHOLE_TEXT = """
     """
 _OTHER_TEXT = """
     The camera looks down by 1 degree, which is not told, and nor is what it points *aside*, its
-    roll, or that the bicycle leans, by up to 18 degrees.
+    roll, or that the bicycle leans, by up to 18 degrees. On a handlebar that shakes, the pitch
+    and the roll of each frame scatter by the angle given, and the yaw by half of it.
     """
 _BREAKS_TEXT = """
     The lorry hides the road from 8 m on; on the wet night a tenth of the light is
@@ -189,6 +190,8 @@ def other() -> Iterator[Row]:
     for roll_deg in (3.0, -6.0):
         yield follow(drives.block(roll_deg=roll_deg), rendered=True)
     yield follow(drives.bicycle(), rendered=True)
+    for shaking_deg in (0.4, 0.8):
+        yield follow(drives.bicycle(rate_hz=30.0, shaking_deg=shaking_deg), rendered=True)
 
 
 def breaks() -> Iterator[Row]:

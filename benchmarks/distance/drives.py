@@ -97,13 +97,22 @@ def block(
     return replace(ride, yaw=ride.yaw - np.radians(aside_deg))
 
 
-def bicycle() -> Ride:
-    """Return a ride around corners on a bicycle, which leans to the inside by up to 18 degrees."""
+def bicycle(*, rate_hz: float = 15.0, shaking_deg: float = 0.0) -> Ride:
+    """
+    Return a ride around corners on a bicycle, which leans to the inside by up to 18 degrees.
+
+    The pitch and the roll of each frame scatter by ``shaking_deg``, the yaw by half of it.
+    """
     corner = Turn(90, 3, 4.5)
-    return _planned(
-        'bicycle', [Straight(3), corner, Straight(3), replace(corner, angle_deg=-90), Straight(3),
-                    corner, Straight(3)],
-        5.5, Camera.with_field_of_view(640, 480, 70), 15.0, balances=True)
+    plan = [Straight(3), corner, Straight(3), replace(corner, angle_deg=-90), Straight(3), corner,
+            Straight(3)]
+    name = 'bicycle' + (
+        f', {rate_hz:.0f} Hz, shakes by {shaking_deg:.1f}°' if shaking_deg else '')
+    vehicle, shaken = (
+        _planned(name, plan, 5.5, Camera.with_field_of_view(640, 480, 70), rate_hz, balances=True,
+                 shaking=np.radians(deviation)) for deviation in (0.0, shaking_deg))
+    # The true path is that of the vehicle.
+    return replace(shaken, yaw=vehicle.yaw)
 
 
 class FoundPath:
@@ -182,6 +191,7 @@ SPOILT: dict[str, Callable[[Frame], Frame]] = {
 def _planned(
     name: str, plan: list[Straight | Turn], speed: float, camera: Camera = KITTI_CAMERA,
     rate_hz: float = 10.0, aside: float = 0.0, roll: float = 0.0, balances: bool = False,
+    shaking: float = 0.0,
 ) -> Ride:
     drive = plan_drive(name, plan, rate_hz=rate_hz, speed=speed, camera=camera, seed=17)
     poses = drive.poses.copy()
@@ -191,4 +201,6 @@ def _planned(
     if balances:
         across = np.hypot(*np.gradient(poses[:, :2], axis=0).T) * np.gradient(poses[:, 2])
         poses[:, 4] -= np.arctan(across * rate_hz ** 2 / 9.81)
+    scatter = np.random.default_rng(17).normal(size=(len(poses), 3))
+    poses[:, 2:] += shaking * scatter * (0.5, 1.0, 1.0)
     return streamed(replace(drive, poses=poses))

@@ -3,7 +3,6 @@
 """The motion of the camera since the keyframe of the road."""
 
 from dataclasses import dataclass
-import math
 
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.tuning import TUNING
@@ -22,6 +21,8 @@ class RoadKeyframe:
     """Positive nose up, unlike ``Horizon.pitch``."""
     roll: float = 0.0
     """Positive right side down."""
+    nod: float = 0.0
+    """The pitch without the part of a turn that a camera with a roll sees as one."""
     passing: float = 0.0
     """Sum of the ratios of translation to distance of the near blocks."""
     agreed: bool = False
@@ -33,7 +34,8 @@ class RoadKeyframe:
     """Whether the newest frame becomes the keyframe."""
 
     def add_rotation(
-        self, yaw: float, pitch: float, roll: float, interval: float, near: float | None = None,
+        self, yaw: float, pitch: float, roll: float, *, nod: float, interval: float,
+        near: float | None,
     ) -> None:
         """Add the rotation of a pair, and its ratio of translation to distance, if it has one."""
         self.agreed = near is not None
@@ -41,12 +43,8 @@ class RoadKeyframe:
         self.yaw += yaw
         self.pitch += pitch
         self.roll += roll
+        self.nod += nod
         self.age += interval
-
-    @property
-    def nod(self) -> float:
-        """Return the pitch without the part of a turn that a camera with a roll sees as one."""
-        return self.pitch + self.yaw * math.tan(self.camera_roll)
 
     @property
     def pitch_deviation(self) -> float:

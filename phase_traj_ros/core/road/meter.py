@@ -134,13 +134,15 @@ class RoadMeter:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured)
         turn = (yaw, nod - yaw * math.tan(self._roll), 0.0 if motion is None else motion.roll)
-        self._key.add_rotation(*turn, interval, None if motion is None else motion.near)
+        self._key.add_rotation(
+            *turn, nod=nod, interval=interval, near=None if motion is None else motion.near)
         return self._measure(
-            frame, interval, turn,
+            frame, interval, turn, nod=nod,
             turns=motion is not None and abs(motion.yaw) > TUNING.driving_yaw_rate * interval)
 
     def _measure(
-        self, frame: Frame, interval: float, turn: tuple[float, float, float], *, turns: bool,
+        self, frame: Frame, interval: float, turn: tuple[float, float, float], *, nod: float,
+        turns: bool,
     ) -> Travel:
         """Compare the road with that of the keyframe, or bridge the pair."""
         key = self._key
@@ -161,7 +163,7 @@ class RoadMeter:
         found = self._slides(interval, self.speed_filter)
         rivals = [matcher.is_rivalled(each) for matcher, each in zip(self._matchers, found)]
         if any(rivals) or not any(found):
-            self._add_to_profile(interval, turn)
+            self._add_to_profile(interval, turn, nod)
         if not any(found):
             found = self._search_further(interval)
         travel = self._combine_slides(list(filter(None, found)), interval)
@@ -187,10 +189,11 @@ class RoadMeter:
                 return found
         return [self._slide_by_profile(interval)]
 
-    def _add_to_profile(self, interval: float, turn: tuple[float, float, float]) -> None:
+    def _add_to_profile(
+        self, interval: float, turn: tuple[float, float, float], nod: float,
+    ) -> None:
         """Add the changes in the newest frames to the profile of the speed."""
         ways, turned = self._profile.speeds * interval, rotation(*turn)
-        nod = turn[1] + turn[0] * math.tan(self._previous_roll)
         scores = np.array([
             matcher.scores_of_changes(ways, turned, scale=self._slide_scale(matcher.depth, nod),
                                       roll=self._lean(self._previous_roll))

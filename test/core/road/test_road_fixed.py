@@ -113,7 +113,7 @@ def test_a_picture_that_stays_while_the_camera_nods_is_fixed_to_it(pitch):
     matcher.project(frame)
     matcher.compare(rotation(0.0, pitch, 0.0))
     found, other = (
-        matcher.find(-1.0, 1.0, RoadKeyframe(0.1, pitch=nodded, agreed=True), scale=1.0)
+        matcher.find(-1.0, 1.0, RoadKeyframe(0.1, nod=nodded, agreed=True), scale=1.0)
         for nodded in (pitch, -pitch))
     assert found.fixed and not other.fixed
     assert abs(found.raw) > CELL and found.raw * pitch < 0.0

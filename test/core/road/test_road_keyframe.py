@@ -65,19 +65,19 @@ def test_without_a_speed_the_way_is_as_measured():
 def test_rotations_and_times_of_the_pairs_add_up():
     key = RoadKeyframe()
     for _ in range(4):
-        key.add_rotation(0.01, -0.02, 0.03, 0.05, 0.004)
-    assert (key.yaw, key.pitch, key.roll, key.age, key.passing) == pytest.approx(
-        (0.04, -0.08, 0.12, 0.2, 0.016))
+        key.add_rotation(0.01, -0.02, 0.03, nod=-0.01, interval=0.05, near=0.004)
+    assert (key.yaw, key.pitch, key.roll, key.nod, key.age, key.passing) == pytest.approx(
+        (0.04, -0.08, 0.12, -0.04, 0.2, 0.016))
     sure = key.pitch_deviation
     # Without the blocks, the pitch may be anything that the springs allow.
-    key.add_rotation(0.01, 0.0, 0.0, 0.05)
+    key.add_rotation(0.01, 0.0, 0.0, nod=0.0, interval=0.05, near=None)
     assert key.pitch_deviation > 2.0 * sure
     assert (key.yaw, key.age, key.passing) == pytest.approx((0.05, 0.25, 0.016))
 
 
 def aged(age=0.1, yaw=0.0):
     key = RoadKeyframe()
-    key.add_rotation(yaw, 0.0, 0.0, age)
+    key.add_rotation(yaw, 0.0, 0.0, nod=0.0, interval=age, near=None)
     return key
 
 
@@ -93,7 +93,7 @@ def test_a_frame_is_too_far_if_the_next_slide_or_turn_or_time_is(sign):
 
 def turned(passing, yaw=0.0, age=0.1):
     key = RoadKeyframe()
-    key.add_rotation(yaw, 0.0, 0.0, age, passing)
+    key.add_rotation(yaw, 0.0, 0.0, nod=0.0, interval=age, near=passing)
     return key
 
 
