@@ -193,7 +193,7 @@ class PairMeter:
         if pair.cut:
             self._guard.interrupt()
             if self._settings.guards:
-                # Before the road, which starts with the roll.
+                # Before the road is measured, as it starts with the roll.
                 if self.camera is not None:
                     self.camera.cut()
                 self._road.forget()

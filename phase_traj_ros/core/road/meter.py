@@ -53,7 +53,7 @@ class RoadMeter:
         """Speed of the vehicle."""
         self._matchers: tuple[PatchMatcher, ...] | None = None
         self._azimuth = self._mean_pitch_rate = 0.0
-        self._roll = self._previous_roll = horizon.roll
+        self._roll = horizon.roll
         # Azimuth and pitch with which the patches were made.
         self._assumed_azimuth = self._assumed = 0.0
         self._key_frame: Frame | None = None
@@ -105,7 +105,6 @@ class RoadMeter:
         the horizon. ``still`` is whether the vehicle is known to stand.
         """
         self._azimuth = azimuth
-        self._previous_roll = self._roll
         self._roll = self._horizon.roll if roll is None else roll
         self.speed_filter.predict(interval, interval_deviation=interval_deviation)
         self.tilt.predict(interval)
@@ -196,7 +195,7 @@ class RoadMeter:
         ways, turned = self._profile.speeds * interval, rotation(*turn)
         scores = np.array([
             matcher.scores_of_changes(ways, turned, scale=self._slide_scale(matcher.depth, nod),
-                                      roll=self._lean(self._previous_roll))
+                                      roll=self._lean(self._roll - turn[2]))
             for matcher in self._matchers or ()]).sum(axis=0)
         # Patterns that change their place a little make slides near 0.
         self._profile.add(scores, np.isfinite(scores) & (ways > TUNING.profile_begins))
@@ -216,8 +215,7 @@ class RoadMeter:
             self._key.age = interval
         distance = self._key.distance + speed * interval
         deviation = math.hypot(near.deviation(self._key), TUNING.acceleration * interval ** 2)
-        raw = distance * self._slide_scale(near.depth, self._key.nod)
-        return RoadSlide(distance, deviation, score, near.depth, raw, False)
+        return RoadSlide(distance, deviation, score, near.depth, distance, False)
 
     def _slides(self, interval: float, speeds: SpeedFilter) -> list[RoadSlide | None]:
         """Return the slide of each patch within the bounds of ``speeds``."""

@@ -107,7 +107,7 @@ class RoadTuning:
     min_slide: float = 0.1
     """Least slide of a pair for the estimation of the pitch."""
     suspension_pitch: float = math.radians(0.5)
-    """Pitch of the suspension: standard deviation in rad, and..."""
+    """Pitch of the suspension, and of a road that bends: standard deviation in rad, and..."""
     suspension_time: float = 1.0
     """...correlation time in seconds."""
     common_pitch_error: float = 0.0015

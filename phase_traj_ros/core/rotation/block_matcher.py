@@ -34,7 +34,7 @@ class Keyframe:
         self.agreement = 0.0
         """Largest share of the blocks that agreed on a motion since, 0 to 1."""
         self.travel = self._initial_travel = travel
-        """Direction of travel at the newest frame."""
+        """Direction of travel, half-way to the newest frame."""
         self._rotation = (0.0, 0.0, 0.0)
 
     @property
@@ -68,7 +68,7 @@ class Keyframe:
         share = newest / far if far > newest else 1.0
         before, self._rotation = self._rotation, (motion.yaw, motion.pitch, motion.roll)
         yaw, pitch, rolled = (after - last for after, last in zip(self._rotation, before))
-        # It is measured half-way between the frames.
+        # The slope is measured half-way between the frames. The course is that of the chord.
         travel = replace(motion.travel, slope=motion.travel.slope + motion.nod(roll) / 2)
         return replace(motion, yaw=yaw, pitch=pitch, roll=rolled, travel=travel, age=self.age,
                        near=share * motion.near)

@@ -58,7 +58,7 @@ class CameraMotion:
     """Median q of the blocks: translation of the camera divided by their distance."""
     age: float = 0.0
     """Seconds from the keyframe, from which ``travel`` and ``passing`` are measured; ``near`` and
-    the rotation are those of the newest pair."""
+    the rotation are those of the newest pair, and the slope is that in its second frame."""
     near: float = 0.0
     """The q that a tenth of the blocks exceed by their errors, as they are near."""
 

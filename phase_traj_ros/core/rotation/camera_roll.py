@@ -62,9 +62,9 @@ class CameraRoll(SwayingAngle):
         self.yaw_rate = 0.0
         self._forget(TUNING.unseen_lean)
 
-    def miss(self, interval: float) -> None:
-        """Add a pair of frames that does not show the change of the roll, nor the yaw."""
-        self._average(0.0, interval)
+    def miss(self, interval: float, yaw: float = 0.0) -> None:
+        """Add a pair that does not show the change of the roll; an unknown ``yaw`` is 0."""
+        self._average(yaw, interval)
         self._fade(interval, time=TUNING.unseen_lean_s, deviation=TUNING.unseen_lean)
 
     def predict(self, interval: float) -> None:

@@ -320,11 +320,11 @@ class YawMeter:
         self, shift: Shift, scene: Shift | None, match: Match | None, interval: float,
     ) -> YawMeasurement:
         """Return the measurement of a pair by the shift alone."""
-        self.roll.miss(interval)
         yaw = None
         if scene is not None:
             yaw = scene.dx / self._projection.px_per_rad
             self._rate = yaw / interval
+        self.roll.miss(interval, yaw or 0.0)
         return YawMeasurement(
             shift, yaw, False, 0.0 if match is None else match.motion.agreement,
             is_traffic=self._is_traffic)

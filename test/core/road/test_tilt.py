@@ -58,6 +58,14 @@ def test_one_wild_value_hardly_counts():
     assert tilt.current == pytest.approx(before, abs=0.006)
 
 
+def test_a_measured_nod_moves_the_pitch_by_as_much():
+    tilt = driven(RoadTilt(Horizon()), [0.01] * 100)
+    before, deviation = tilt.current, tilt.deviation
+    tilt.nod(0.01, 0.003)
+    assert tilt.current == pytest.approx(before - 0.01)
+    assert tilt.deviation == pytest.approx(math.hypot(deviation, 0.003))
+
+
 def test_what_is_not_measured_becomes_uncertain():
     tilt = driven(RoadTilt(Horizon()), [0.01] * 100, slides=True)
     sure = tilt.swing_deviation

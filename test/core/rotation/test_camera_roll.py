@@ -220,6 +220,20 @@ def test_a_camera_that_shakes_has_no_roll():
         assert abs(estimate.current) < math.radians(2.0)
 
 
+def test_a_turn_goes_on_where_the_blocks_fail_and_with_another_lens():
+    turning = driven(np.zeros(30), 10)
+    rate = turning.yaw_rate
+    assert rate == pytest.approx(RATE, rel=0.01)
+    assert turning.with_mounting(Horizon()).yaw_rate == rate
+    turning.miss(1.0, RATE)
+    assert turning.yaw_rate == pytest.approx(rate, rel=0.01)
+    turning.miss(1.0)
+    assert abs(turning.yaw_rate) < 0.05 * RATE
+    driven(np.zeros(30), 10, estimate=turning)
+    turning.forget_lean()
+    assert turning.yaw_rate == 0.0
+
+
 def test_a_nod_in_a_turn_is_no_roll():
     estimate = driven(np.zeros(20), 10)
     yaw = 0.1 * RATE
