@@ -47,7 +47,7 @@ def test_the_camera_is_learned_from_what_counts_and_upright(upside_down):
         Lens(hfov_deg=80.0), mask=MASK, learning=learning, rotate_180=upside_down))
     heading.camera.exclude(AREAS)
     heading.camera.set_upside_down(not upside_down)
-    heading.cut()
+    heading.camera.cut()
     first, with_areas, turned, cut = told
     upright = slice(None, None, -1 if upside_down else 1)
     assert np.array_equal(first > 127, (MASK > 0.5)[upright, upright])
