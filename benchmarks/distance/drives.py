@@ -91,10 +91,8 @@ def block(
     lens, rate_hz = CAMERAS[camera]
     name = f'block, {camera}' + (f', {aside_deg:.0f}° aside' if aside_deg else '') + (
         f', roll of {roll_deg:.0f}°' if roll_deg else '')
-    ride = _planned(
+    return _planned(
         name, BLOCK, 9.0, lens, rate_hz, aside=np.radians(aside_deg), roll=np.radians(roll_deg))
-    # The true path is that of the vehicle.
-    return replace(ride, yaw=ride.yaw - np.radians(aside_deg))
 
 
 def bicycle(*, rate_hz: float = 15.0, shaking_deg: float = 0.0) -> Ride:
@@ -108,11 +106,9 @@ def bicycle(*, rate_hz: float = 15.0, shaking_deg: float = 0.0) -> Ride:
             Straight(3)]
     name = 'bicycle' + (
         f', {rate_hz:.0f} Hz, shakes by {shaking_deg:.1f}°' if shaking_deg else '')
-    vehicle, shaken = (
-        _planned(name, plan, 5.5, Camera.with_field_of_view(640, 480, 70), rate_hz, balances=True,
-                 shaking=np.radians(deviation)) for deviation in (0.0, shaking_deg))
-    # The true path is that of the vehicle.
-    return replace(shaken, yaw=vehicle.yaw)
+    return _planned(
+        name, plan, 5.5, Camera.with_field_of_view(640, 480, 70), rate_hz, balances=True,
+        shaking=np.radians(shaking_deg))
 
 
 class FoundPath:
@@ -203,4 +199,5 @@ def _planned(
         poses[:, 4] -= np.arctan(across * rate_hz ** 2 / 9.81)
     scatter = np.random.default_rng(17).normal(size=(len(poses), 3))
     poses[:, 2:] += shaking * scatter * (0.5, 1.0, 1.0)
-    return streamed(replace(drive, poses=poses))
+    # The true path is that of the vehicle.
+    return replace(streamed(replace(drive, poses=poses)), yaw=streamed(drive).yaw)

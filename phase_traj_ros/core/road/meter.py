@@ -24,7 +24,7 @@ from phase_traj_ros.core.road.speed_profile import SpeedProfile
 from phase_traj_ros.core.road.tilt import RoadTilt
 from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.road.tuning import TUNING
-from phase_traj_ros.core.rotation.camera_motion import CameraMotion
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion, running_mean
 
 
 class RoadMeter:
@@ -111,7 +111,7 @@ class RoadMeter:
         self._profile.predict(interval)
         if still or (motion is None and yaw is None):
             # A pair that shows no pitch rate: what it was before fades.
-            self._mean_pitch_rate *= math.exp(-interval / TUNING.grade_time)
+            self._average(0.0, interval)
         if still:
             self.start(frame)
             return self.speed_filter.stand(interval)
@@ -241,10 +241,14 @@ class RoadMeter:
         """Return the change of the pitch relative to the road in a pair, positive nose up."""
         # The suspension oscillates. A lasting pitch rate comes from a vertical curve of the road,
         # which the vehicle follows, or from an error of the blocks.
-        share = 1.0 - math.exp(-interval / TUNING.grade_time)
         nod = motion.nod(self._roll)
-        self._mean_pitch_rate += share * (nod / interval - self._mean_pitch_rate)
+        self._average(nod, interval)
         return nod - self._mean_pitch_rate * interval
+
+    def _average(self, nod: float, interval: float) -> None:
+        """Add the nod of a pair to the mean pitch rate."""
+        self._mean_pitch_rate = running_mean(
+            self._mean_pitch_rate, nod / interval, interval, time=TUNING.grade_time)
 
     def _combine_slides(self, found: list[RoadSlide], interval: float) -> Travel | None:
         """Combine the slides of the patches."""

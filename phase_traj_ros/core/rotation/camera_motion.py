@@ -275,6 +275,11 @@ def _dot(first: Numbers, second: Numbers) -> Numbers:
     return across + down  # type: ignore[no-any-return]
 
 
+def running_mean(mean: float, value: float, interval: float, *, time: float) -> float:
+    """Return a mean with a ``time`` constant after ``interval``, both in seconds, with a value."""
+    return mean + (1.0 - math.exp(-interval / time)) * (value - mean)
+
+
 def quantile(values: Numbers, share: float) -> float:
     """Return the quantile of values, (N,) with N > 0, as numpy does in ten times the time."""
     ordered, place = np.sort(values), share * (len(values) - 1)

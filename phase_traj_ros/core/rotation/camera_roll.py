@@ -14,7 +14,7 @@ import math
 
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.swaying_angle import SwayingAngle
-from phase_traj_ros.core.rotation.camera_motion import CameraMotion
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion, running_mean
 from phase_traj_ros.core.rotation.focus_of_expansion import Mounting
 from phase_traj_ros.core.rotation.tuning import TUNING
 
@@ -81,8 +81,8 @@ class CameraRoll(SwayingAngle):
 
     def _average(self, yaw: float, interval: float) -> None:
         """Add the yaw of a pair to the mean yaw rate."""
-        share = 1.0 - math.exp(-interval / TUNING.yaw_rate_s)
-        self.yaw_rate += share * (yaw / interval - self.yaw_rate)
+        self.yaw_rate = running_mean(
+            self.yaw_rate, yaw / interval, interval, time=TUNING.yaw_rate_s)
 
     def add(
         self, motion: CameraMotion, interval: float, mounting: Mounting, *, certain: bool = True,
