@@ -63,8 +63,13 @@ class CameraRoll(SwayingAngle):
         self._forget(TUNING.unseen_lean)
 
     def miss(self, interval: float, yaw: float = 0.0) -> None:
-        """Add a pair that does not show the change of the roll; an unknown ``yaw`` is 0."""
-        self._average(yaw, interval)
+        """
+        Add a pair that does not show the change of the roll; an unknown ``yaw`` is 0.
+
+        The yaw may be wrong, so it can confirm a turn, but not begin one.
+        """
+        low, high = sorted((0.0, self.yaw_rate * interval))
+        self._average(min(max(yaw, low), high), interval)
         self._fade(interval, time=TUNING.unseen_lean_s, deviation=TUNING.unseen_lean)
 
     def predict(self, interval: float) -> None:

@@ -234,6 +234,19 @@ def test_a_turn_goes_on_where_the_blocks_fail_and_with_another_lens():
     assert turning.yaw_rate == 0.0
 
 
+@pytest.mark.parametrize('side', [1, -1])
+def test_a_wrong_yaw_where_the_blocks_fail_begins_no_turn(side):
+    straight = driven(np.zeros(30), 10, yaw_rate=0.0)
+    straight.miss(0.1, side * 0.3)
+    assert straight.yaw_rate == pytest.approx(0.0, abs=1e-9)
+    for wrong in (0.3, -0.3):
+        turning = driven(np.zeros(30), 10, yaw_rate=side * RATE)
+        rate = turning.yaw_rate
+        turning.miss(0.1, wrong)
+        assert turning.yaw_rate == pytest.approx(
+            rate if wrong * side > 0.0 else rate * math.exp(-0.1 / TUNING.yaw_rate_s))
+
+
 def test_a_nod_in_a_turn_is_no_roll():
     estimate = driven(np.zeros(20), 10)
     yaw = 0.1 * RATE
