@@ -49,7 +49,8 @@ def test_a_lorry_that_crosses_close_in_front_is_not_a_turn(drive, width, height,
     lorry = list(crossing(drive[HALT], width=width, height=height, step=step))
     estimator, heading = headings([*before, *lorry, *halted(drive[HALT], 5)], lens=lens)
     standing = heading[HALT + 5:]
-    assert max(standing) - min(standing) < 4.0
+    # It was 1.3 degrees where the last pair of the lorry was taken back.
+    assert max(standing) - min(standing) < 0.5
     assert not estimator.turns and not estimator.heading.finish()
     assert estimator.heading.camera.learned is None
 

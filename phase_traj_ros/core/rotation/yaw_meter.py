@@ -206,18 +206,21 @@ class YawMeter:
         self.roll.predict(interval)
         self._stood = stood
         match = self._match_keyframe(key, previous, current, shift, interval)
-        if match is None or not match.motion.holds(TUNING.confirmed_share):
-            self._key = self._matcher.keyframe(current, key.travel)
-            return self._by_shift(shift, self._scene_shift(shift, interval), match, interval)
-        if not (match.motion.holds(TUNING.min_agreement)
-                or self._confirms(self._scene_shift(shift, interval), match)):
-            self._key = self._matcher.keyframe(current, key.travel)
-            return self._by_shift(shift, None, match, interval)
+        if match is None or not match.motion.holds(TUNING.doubted_share):
+            rests = match is None or match.motion.passing < TUNING.min_passing
+            scene = self._scene_shift(shift, interval, rests=rests)
+            if (match is None or not match.motion.holds(TUNING.confirmed_share)
+                    or (rests and self._is_held(match, shift, scene))):
+                self._key = self._matcher.keyframe(current, key.travel)
+                return self._by_shift(shift, scene, match, interval)
+            if not (match.motion.holds(TUNING.min_agreement) or self._confirms(scene, match)):
+                self._key = self._matcher.keyframe(current, key.travel)
+                return self._by_shift(shift, None, match, interval)
         measured = self._by_blocks(shift, match, interval)
         if self._keyframes and measured.certain:
             self._newest = frame
         # If the previous frame agreed better, the frame after the next would be too far again.
-        over = (not self._keyframes or match.key is not key
+        over = (not self._keyframes or match.key is not key or self._is_traffic
                 or match.key.has_expired(match.motion, interval))
         self._key = self._matcher.keyframe(current, match.key.travel) if over else match.key
         return measured
@@ -297,14 +300,25 @@ class YawMeter:
     def _is_traffic(self) -> bool:
         return self._stood and self._traffic.crosses
 
-    def _scene_shift(self, shift: Shift, interval: float) -> Shift | None:
+    def _scene_shift(self, shift: Shift, interval: float, *, rests: bool) -> Shift | None:
         """Return the shift of the scene; None if no shift is significant."""
-        unmoved = max(abs(shift.dx), abs(shift.dy)) <= TUNING.zero_px
-        if unmoved and abs(self._foreseen(interval)) > TUNING.shift_gate_px / 2:
-            # The peak belongs to a pattern that is fixed to the camera.
-            shift = self._whole_shift.second_peak()
-        significant = self._whole_shift.significance(shift) >= TUNING.min_significance
-        return shift if significant and abs(shift.dy) < TUNING.max_shake_px else None
+        evidence = self._whole_shift.significance(shift)
+        if max(abs(shift.dx), abs(shift.dy)) <= TUNING.zero_px:
+            # The peak may belong to a pattern that is fixed to the camera.
+            second = self._whole_shift.second_peak()
+            rival = self._whole_shift.significance(second)
+            turns = abs(self._foreseen(interval)) > TUNING.shift_gate_px / 2
+            if turns or (rests and not self._stood and abs(second.dy) <= TUNING.zero_px
+                         and rival > TUNING.rival_significance):
+                shift, evidence = second, rival
+        if evidence < TUNING.min_significance or abs(shift.dy) >= TUNING.max_shake_px:
+            return None
+        return shift
+
+    def _is_held(self, match: Match, shift: Shift, scene: Shift | None) -> bool:
+        """Return whether the blocks that agree show drops on the windscreen, not the scene."""
+        yaw = self._projection.px_per_rad * (match.motion.yaw - match.key.yaw)
+        return scene is not None and abs(scene.dx - yaw) > abs(shift.dx - yaw)
 
     def _confirms(self, scene: Shift | None, match: Match) -> bool:
         """Return whether the shift of the scene confirms a motion with which few blocks agree."""

@@ -9,6 +9,7 @@ import math
 import cv2
 from kitti import grey_pictures
 import numpy as np
+import overlays
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.codes.from_heading import HeadingCode
@@ -116,6 +117,15 @@ def test_patterns_fixed_to_the_camera_do_not_hold_it():
     headings, _, _, turns = follow(spoilt, drive.stamps_ns.tolist(), CAMERA.focal)
     assert np.abs(headings - np.degrees(drive.poses[:, 2])).max() < 4.0
     assert len(turns) == 2
+
+
+@pytest.mark.parametrize('seed', [1, 2, 3])
+def test_blocks_that_follow_drops_on_the_windscreen_do_not_hold_it(seed):
+    drive, frames = rendered()
+    wet = [overlays.drops(frame, count=100, size=0.03, seed=seed) for frame in frames]
+    *_, turns = follow(wet, drive.stamps_ns.tolist(), CAMERA.focal)
+    # They cover more than a third of the view. Without the second peak, no turn was found.
+    assert [turn.angle_deg for turn in turns] == pytest.approx([90, -100], abs=30.0)
 
 
 def test_a_mask_takes_out_what_it_covers():
@@ -293,8 +303,6 @@ def test_a_mask_can_change_in_mid_drive_and_no_pair_is_lost():
             assert found.shift.dx == pytest.approx(expected.shift.dx, abs=0.3)
             assert found.yaw == pytest.approx(expected.yaw, abs=0.015) and found.refined
             assert found.agreement > spoilt_one.agreement
-            assert spoilt_one.yaw is None or (
-                abs(found.yaw - expected.yaw) < abs(spoilt_one.yaw - expected.yaw))
     changing.use_mask(None)
     again = changing.update(frames[24], 0.1)
     assert again.yaw is not None
