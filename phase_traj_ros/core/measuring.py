@@ -184,7 +184,7 @@ class PairMeter:
         """
         pair = self._compare(
             frame, picture, times, encoding,
-            stood=known.speed == 0.0 and self._settings.guards)
+            speed=known.speed if self._settings.guards else None)
         if times.waited == 0.0:
             self._guard.start(picture)
             if self._road_camera is not None:
@@ -227,7 +227,7 @@ class PairMeter:
 
     def _compare(
         self, frame: Frame, picture: NDArray[np.uint8], times: PairTimes, encoding: str, *,
-        stood: bool,
+        speed: float | None,
     ) -> Comparison:
         """Measure shift, yaw and quality by the frames of the pair alone."""
         view = self._settings.view.of(frame)
@@ -238,7 +238,7 @@ class PairMeter:
             if self._view_mask is not None:
                 check_size(view, self._view_mask)
         yaw = None if self.camera is None else self.camera.measure(
-            picture, times.waited, stood=stood)
+            picture, times.waited, speed=speed)
         shift = None if self._settings.by_heading else self._correlator.update(view)
         self._quality.update(view)
         frame_format = _form(frame, encoding)

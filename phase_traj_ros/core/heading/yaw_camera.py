@@ -177,12 +177,12 @@ class YawCamera:
         return self._meter.correlation_map()
 
     def measure(
-        self, frame: NDArray[np.uint8], interval: float, *, stood: bool = False,
+        self, frame: NDArray[np.uint8], interval: float, *, speed: float | None = None,
     ) -> YawMeasurement | None:
         """
         Return the yaw measurement of the next frame, None for the first frame of a pair.
 
-        If the vehicle ``stood`` at the previous frame, traffic in front of it is recognised.
+        For ``interval`` and ``speed``, see ``YawMeter.update``.
 
         Raises
         ------
@@ -198,7 +198,7 @@ class YawCamera:
                 ' instead, or use_lens with the focal length for the new size')
         if self._meter is None or frame.shape != self._shape:
             self._meter = self._make_meter(frame, self.lens)
-        measurement = self._meter.update(frame, interval, stood=stood)
+        measurement = self._meter.update(frame, interval, speed=speed)
         if self._learning is not None:
             self._newest_frame = frame
             # Not the shift of the whole image: in a gentle bend, parallax may exceed the yaw.

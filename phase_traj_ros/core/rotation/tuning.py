@@ -162,8 +162,6 @@ class YawTuning:
     """Least significance of a shift that no blocks confirm..."""
     shift_deviation: float = math.radians(0.3)
     """...and the standard deviation of its yaw."""
-    rival_significance: float = 4.0
-    """A second peak above this doubts a first one that may be that of a fixed pattern."""
     exposure_rate: float = 0.05
     """Share of a change of the brightness that the level follows with each frame."""
 

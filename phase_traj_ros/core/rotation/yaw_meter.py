@@ -174,13 +174,14 @@ class YawMeter:
         return TUNING.foreseen_tolerance_px / 2 / self._projection.px_per_rad
 
     def update(
-        self, frame: NDArray[np.uint8], interval: float, *, stood: bool = False,
+        self, frame: NDArray[np.uint8], interval: float, *, speed: float | None = None,
     ) -> YawMeasurement | None:
         """
         Return the yaw from the previous frame to ``frame``, (H, W), or None for the first frame.
 
         ``interval`` is the time since the previous frame in seconds, above 0; it is not used for
-        the first frame. If the vehicle ``stood`` at the previous frame, traffic is recognised.
+        the first frame. ``speed`` is that before the pair in camera heights per second, None if it
+        is unknown: at rest, traffic is recognised, and when driving, drops on the windscreen.
 
         Raises
         ------
@@ -204,18 +205,19 @@ class YawMeter:
             return None
         key.age += interval
         self.roll.predict(interval)
-        self._stood = stood
+        self._stood = speed == 0.0
         match = self._match_keyframe(key, previous, current, shift, interval)
-        if match is None or not match.motion.holds(TUNING.doubted_share):
-            rests = match is None or match.motion.passing < TUNING.min_passing
-            scene = self._scene_shift(shift, interval, rests=rests)
-            if (match is None or not match.motion.holds(TUNING.confirmed_share)
-                    or (rests and self._is_held(match, shift, scene))):
-                self._key = self._matcher.keyframe(current, key.travel)
-                return self._by_shift(shift, scene, match, interval)
-            if not (match.motion.holds(TUNING.min_agreement) or self._confirms(scene, match)):
-                self._key = self._matcher.keyframe(current, key.travel)
-                return self._by_shift(shift, None, match, interval)
+        scene = None
+        if match is not None and (speed or 0.0) > 0.0 and _may_show_drops(match.motion):
+            scene = self._shift_beside(match, shift)
+        if scene is not None or match is None or not match.motion.holds(TUNING.confirmed_share):
+            self._key = self._matcher.keyframe(current, key.travel)
+            return self._by_shift(
+                shift, scene or self._scene_shift(shift, interval), match, interval)
+        if not (match.motion.holds(TUNING.min_agreement)
+                or self._confirms(self._scene_shift(shift, interval), match)):
+            self._key = self._matcher.keyframe(current, key.travel)
+            return self._by_shift(shift, None, match, interval)
         measured = self._by_blocks(shift, match, interval)
         if self._keyframes and measured.certain:
             self._newest = frame
@@ -300,25 +302,26 @@ class YawMeter:
     def _is_traffic(self) -> bool:
         return self._stood and self._traffic.crosses
 
-    def _scene_shift(self, shift: Shift, interval: float, *, rests: bool) -> Shift | None:
+    def _scene_shift(self, shift: Shift, interval: float) -> Shift | None:
         """Return the shift of the scene; None if no shift is significant."""
-        evidence = self._whole_shift.significance(shift)
-        if max(abs(shift.dx), abs(shift.dy)) <= TUNING.zero_px:
-            # The peak may belong to a pattern that is fixed to the camera.
-            second = self._whole_shift.second_peak()
-            rival = self._whole_shift.significance(second)
-            turns = abs(self._foreseen(interval)) > TUNING.shift_gate_px / 2
-            if turns or (rests and not self._stood and abs(second.dy) <= TUNING.zero_px
-                         and rival > TUNING.rival_significance):
-                shift, evidence = second, rival
-        if evidence < TUNING.min_significance or abs(shift.dy) >= TUNING.max_shake_px:
-            return None
-        return shift
+        turns = abs(self._foreseen(interval)) > TUNING.shift_gate_px / 2
+        if turns and _is_unmoved(shift):
+            # The peak belongs to a pattern that is fixed to the camera.
+            shift = self._whole_shift.second_peak()
+        return shift if self._is_significant(shift) else None
 
-    def _is_held(self, match: Match, shift: Shift, scene: Shift | None) -> bool:
-        """Return whether the blocks that agree show drops on the windscreen, not the scene."""
+    def _shift_beside(self, match: Match, shift: Shift) -> Shift | None:
+        """Return the shift of a scene that turns while the blocks rest; None if there is none."""
+        if _is_unmoved(shift):
+            shift = self._whole_shift.second_peak()
         yaw = self._projection.px_per_rad * (match.motion.yaw - match.key.yaw)
-        return scene is not None and abs(scene.dx - yaw) > abs(shift.dx - yaw)
+        beside = (abs(shift.dx - yaw) > max(abs(yaw), TUNING.zero_px)
+                  and abs(shift.dy) <= TUNING.zero_px)
+        return shift if beside and self._is_significant(shift) else None
+
+    def _is_significant(self, shift: Shift) -> bool:
+        return (abs(shift.dy) < TUNING.max_shake_px
+                and self._whole_shift.significance(shift) >= TUNING.min_significance)
 
     def _confirms(self, scene: Shift | None, match: Match) -> bool:
         """Return whether the shift of the scene confirms a motion with which few blocks agree."""
@@ -362,6 +365,17 @@ class YawMeter:
         gain = self._brightness / brightness if brightness > 0.0 else 1.0
         self._brightness += TUNING.exposure_rate * (brightness - self._brightness)
         return cv2.convertScaleAbs(picture, alpha=gain)  # type: ignore[return-value]
+
+
+def _is_unmoved(shift: Shift) -> bool:
+    """Return whether a shift may be that of a pattern that is fixed to the camera."""
+    return max(abs(shift.dx), abs(shift.dy)) <= TUNING.zero_px
+
+
+def _may_show_drops(motion: CameraMotion) -> bool:
+    """Return whether few of the blocks agree, on a motion that passes nothing."""
+    return (not motion.certain and motion.holds(TUNING.confirmed_share)
+            and motion.passing < TUNING.min_passing)
 
 
 def _best(*matches: Match | None) -> Match | None:

@@ -44,14 +44,14 @@ def cylinder(shape, focal_px, **options):
     return CylinderProjection(CameraModel.pinhole(shape, focal_px), **options)
 
 
-def follow(frames, stamps_ns, focal_px, **options):
+def follow(frames, stamps_ns, focal_px, *, speed=None, **options):
     """Return the headings in degrees, the tracker, the code and the turns of a drive."""
     meter = YawMeter(cylinder(frames[0].shape, focal_px), **options)
     tracker, code, headings = HeadingTracker(), HeadingCode(), [0.0]
     meter.update(frames[0], 0.1)
     for frame, interval_ns in zip(frames[1:], np.diff(stamps_ns).tolist()):
         interval = interval_ns / 1e9
-        measured = meter.update(frame, interval)
+        measured = meter.update(frame, interval, speed=speed)
         step = tracker.update(measured.yaw, interval)
         code.update(step.heading, step.rate)
         headings.append(step.heading)
@@ -123,9 +123,23 @@ def test_patterns_fixed_to_the_camera_do_not_hold_it():
 def test_blocks_that_follow_drops_on_the_windscreen_do_not_hold_it(seed):
     drive, frames = rendered()
     wet = [overlays.drops(frame, count=100, size=0.03, seed=seed) for frame in frames]
-    *_, turns = follow(wet, drive.stamps_ns.tolist(), CAMERA.focal)
-    # They cover more than a third of the view. Without the second peak, no turn was found.
+    stamps = drive.stamps_ns.tolist()
+    *_, turns = follow(wet, stamps, CAMERA.focal, speed=5.0)
+    # They cover more than a third of the view.
     assert [turn.angle_deg for turn in turns] == pytest.approx([90, -100], abs=30.0)
+    # If the vehicle may stand, people before it could move the second peak.
+    *_, turns = follow(wet, stamps, CAMERA.focal)
+    assert len(turns) < 2
+
+
+def test_a_shift_beside_the_blocks_is_no_turn_in_reverse(kitti_root):
+    frames = grey_pictures(kitti_root / '06')[::-1]
+    truth = np.degrees(poses_from_kitti(np.loadtxt(kitti_root / '06' / 'poses.txt'))[::-1, 2])
+    stamps = [100_000_000 * number for number in range(len(frames))]
+    headings, tracker, *_ = follow(frames, stamps, 707.1, speed=5.0)
+    # No blocks agree. It was 16 degrees.
+    assert np.abs(headings - (truth - truth[0])).max() < 5.0
+    assert tracker.bridged == 0
 
 
 def test_a_mask_takes_out_what_it_covers():

@@ -4,13 +4,16 @@
 
 from dataclasses import replace
 import math
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import Shift
-from phase_traj_ros.core.rotation import camera_motion
+from phase_traj_ros.core.rotation import camera_motion, yaw_meter
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.rotation.scanline import Scanline
 from phase_traj_ros.core.rotation.tuning import TUNING
 from phase_traj_ros.core.rotation.whole_shift import WholeShift
@@ -192,3 +195,31 @@ def test_no_lens_is_so_long_that_the_yaw_is_sure_to_less_than_a_hundredth_of_a_d
     found = meter.update(far(1), 0.1)
     assert found.refined
     assert math.sqrt(found.variance) > math.radians(0.01)
+
+
+@pytest.mark.parametrize(('agreement', 'passing', 'told'), [
+    (0.3, 0.0, True), (0.1, 0.0, False), (0.6, 0.0, False), (0.3, 0.05, False)])
+def test_blocks_that_show_drops_are_few_but_some_and_pass_nothing(agreement, passing, told):
+    motion = CameraMotion(
+        0.0, 0.0, 0.0, FocusOfExpansion(), 100.0 * agreement, agreement, 1e-6, passing)
+    assert yaw_meter._may_show_drops(motion) is told
+
+
+@pytest.mark.parametrize(('first', 'second', 'significance', 'expected'), [
+    ((0.3, 0.2), (25.0, 0.5), 20.0, 25.0),
+    ((-25.0, 0.5), (0.0, 0.0), 20.0, -25.0),
+    ((0.3, 0.2), (25.0, 0.5), 4.0, None),
+    # An object that passes on the road moves downwards, too.
+    ((0.3, 0.2), (25.0, 3.0), 20.0, None),
+    # The blocks follow this shift, by 12 pixels.
+    ((14.0, 0.5), (0.0, 0.0), 20.0, None),
+    ((0.3, 0.2), (1.0, 0.0), 20.0, None)])
+def test_the_shift_beside_that_of_drops_is_sideways(
+        first, second, significance, expected, monkeypatch):
+    monkeypatch.setattr(WholeShift, 'significance', lambda *_: significance)
+    monkeypatch.setattr(WholeShift, 'second_peak', lambda _: Shift(*second, 0.1))
+    meter = meter_of_far()
+    yaw = 12.0 / meter._projection.px_per_rad if abs(first[0]) == 14.0 else 0.0
+    match = SimpleNamespace(motion=SimpleNamespace(yaw=yaw + 0.02), key=SimpleNamespace(yaw=0.02))
+    found = meter._shift_beside(match, Shift(*first, 0.1))
+    assert (found and found.dx) == expected
