@@ -43,7 +43,7 @@ test:  ## Run all tests; PYTEST_ARGS='-k name' selects some
 # What depends on the versions of numpy, OpenCV and Python, without the longest drives, which call
 # the same functions again; then the transforms without scipy.
 noble := test/core $(addprefix --ignore=test/core/,codes localization reliability \
-	test_distance_meter.py test_distance_on_roads.py test_trust.py) test/io \
+	test_distance_meter.py test_distance_on_roads.py test_tilted_camera.py test_trust.py) test/io \
 	test/cli/test_locate.py test/integration/test_live_heading.py test/integration/test_node.py
 test-noble: noble-environment  ## Test with the versions of Ubuntu 24.04 (needs Python 3.12)
 	@.venv-noble/bin/python -m pytest $(pytest) $(or $(PYTEST_ARGS),$(noble))
