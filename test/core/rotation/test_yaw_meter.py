@@ -203,17 +203,18 @@ def test_nothing_to_see_is_no_measurement():
     assert unrelated.yaw is None and not unrelated.refined
 
 
-def test_a_turn_goes_on_where_only_the_shift_is_seen():
+def test_a_turn_goes_on_where_only_the_shift_is_seen(monkeypatch):
     drive, frames = rendered()
     turning = int(np.argmax(np.gradient(drive.poses[:, 2])))
-    noise = np.random.default_rng(1).normal(64.0, 150.0, frames[0].shape)
-    noisy = np.clip(frames[turning] / 2 + noise, 0, 255).astype(np.uint8)
-    for frame, goes_on in ((noisy, True), (np.zeros_like(noisy), False)):
-        meter = YawMeter(cylinder(noisy.shape, CAMERA.focal))
+    dark = np.zeros_like(frames[turning])
+    for frame, goes_on in ((frames[turning], True), (dark, False)):
+        meter = YawMeter(cylinder(frame.shape, CAMERA.focal))
         for before in frames[turning - 8:turning]:
             meter.update(before, 0.1)
         rate = meter.roll.yaw_rate
-        measured = meter.update(frame, 0.1)
+        with monkeypatch.context() as blind:
+            blind.setattr(YawMeter, '_match_keyframe', lambda *_: None)
+            measured = meter.update(frame, 0.1)
         assert not measured.refined and (measured.yaw is not None) is goes_on
         assert (meter.roll.yaw_rate == pytest.approx(rate, rel=0.01)) is goes_on
 
