@@ -318,6 +318,8 @@ def test_a_mask_can_change_in_mid_drive_and_no_pair_is_lost():
             assert found.shift.dx == pytest.approx(expected.shift.dx, abs=0.3)
             assert found.yaw == pytest.approx(expected.yaw, abs=0.015) and found.refined
             assert found.agreement > spoilt_one.agreement
+            assert spoilt_one.yaw is None or (
+                abs(found.yaw - expected.yaw) < abs(spoilt_one.yaw - expected.yaw))
     changing.use_mask(None)
     again = changing.update(frames[24], 0.1)
     assert again.yaw is not None

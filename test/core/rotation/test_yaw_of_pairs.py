@@ -205,21 +205,21 @@ def test_blocks_that_show_drops_are_few_but_some_and_pass_nothing(agreement, pas
     assert yaw_meter._may_show_drops(motion) is told
 
 
-@pytest.mark.parametrize(('first', 'second', 'significance', 'expected'), [
-    ((0.3, 0.2), (25.0, 0.5), 20.0, 25.0),
-    ((-25.0, 0.5), (0.0, 0.0), 20.0, -25.0),
-    ((0.3, 0.2), (25.0, 0.5), 4.0, None),
+@pytest.mark.parametrize(('blocks_px', 'first', 'second', 'significance', 'expected'), [
+    (0.0, (0.3, 0.2), (25.0, 0.5), 20.0, 25.0),
+    (0.0, (-25.0, 0.5), (0.0, 0.0), 20.0, -25.0),
+    (0.0, (0.3, 0.2), (25.0, 0.5), 4.0, None),
     # An object that passes on the road moves downwards, too.
-    ((0.3, 0.2), (25.0, 3.0), 20.0, None),
-    # The blocks follow this shift, by 12 pixels.
-    ((14.0, 0.5), (0.0, 0.0), 20.0, None),
-    ((0.3, 0.2), (1.0, 0.0), 20.0, None)])
+    (0.0, (0.3, 0.2), (25.0, 3.0), 20.0, None),
+    (0.0, (0.3, 0.2), (1.0, 0.0), 20.0, None),
+    # The blocks follow the first peak.
+    (12.0, (14.0, 0.5), (0.0, 0.0), 20.0, None)])
 def test_the_shift_beside_that_of_drops_is_sideways(
-        first, second, significance, expected, monkeypatch):
+        blocks_px, first, second, significance, expected, monkeypatch):
     monkeypatch.setattr(WholeShift, 'significance', lambda *_: significance)
     monkeypatch.setattr(WholeShift, 'second_peak', lambda _: Shift(*second, 0.1))
     meter = meter_of_far()
-    yaw = 12.0 / meter._projection.px_per_rad if abs(first[0]) == 14.0 else 0.0
+    yaw = blocks_px / meter._projection.px_per_rad
     match = SimpleNamespace(motion=SimpleNamespace(yaw=yaw + 0.02), key=SimpleNamespace(yaw=0.02))
     found = meter._shift_beside(match, Shift(*first, 0.1))
     assert (found and found.dx) == expected
