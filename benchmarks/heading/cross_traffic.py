@@ -37,7 +37,8 @@ _INTRODUCTION = """
     lorries; half of the turns go left. A heading is *off* if it is wrong by more than
     {wrong:g}° after the lorry, or by more than 5 % after the turn. The codes of
     `code_source: heading` come from the same blocks, but do not
-    [recognise traffic](../explanation/trust.md#traffic-in-front-of-a-standing-vehicle).
+    [recognise traffic](../explanation/trust.md#traffic-in-front-of-a-standing-vehicle). A drive is
+    *unreliable* if the package reports it as such.
 
     Written by `benchmarks/heading/cross_traffic.py` with {versions}.
     """
@@ -98,8 +99,13 @@ def driven(rate_hz: int, angle_deg: float) -> tuple[Drive, Sequence[np.ndarray]]
     return drive, list(render_drive(drive))
 
 
-def errors(rate_hz: int, lorry: Lorry, source: CodeSource) -> tuple[float, float]:
-    """Return the errors of the heading by the lorry and by the turn after it, in degrees."""
+def errors(rate_hz: int, lorry: Lorry, source: CodeSource) -> tuple[float, float, bool]:
+    """
+    Return what a lorry does to the heading.
+
+    These are the errors by the lorry and by the turn after it, in degrees, and whether the drive
+    is reported as unreliable.
+    """
     drive, frames = driven(rate_hz, 90.0 if lorry.seed % 2 else -90.0)
     estimator = TrajectoryEstimator(EstimatorSettings(
         code_source=source, lens=Lens(focal_px=_CAMERA.focal)))
@@ -117,7 +123,8 @@ def errors(rate_hz: int, lorry: Lorry, source: CodeSource) -> tuple[float, float
     off = np.array(headings) - (true - true[0])
     stops, leaves = (
         round(seconds * rate_hz) for seconds in (_DRIVING_S, _DRIVING_S + _STANDING_S))
-    return float(off[leaves] - off[stops]), float(off[-1] - off[leaves])
+    return (float(off[leaves] - off[stops]), float(off[-1] - off[leaves]),
+            not estimator.reliability.of_drive.reliable)
 
 
 def page() -> Iterator[str]:
@@ -133,11 +140,12 @@ def page() -> Iterator[str]:
             rows.append((
                 f'{rate_hz} Hz', f'`{source.value}`',
                 *(f'{np.count_nonzero(each > limit)} of {_LORRIES}; {each.max():.1f}°'
-                  for each, limit in zip(found.T, (_WRONG_DEG, 4.5)))))
+                  for each, limit in zip(found.T, (_WRONG_DEG, 4.5))),
+                f'{np.count_nonzero(found[:, 2])} of {_LORRIES}'))
             print(*rows[-1], flush=True)
     yield table(
-        ('frame rate', '`code_source`', 'off after the lorry; worst', 'off after the turn; worst'),
-        rows)
+        ('frame rate', '`code_source`', 'off after the lorry; worst', 'off after the turn; worst',
+         'unreliable'), rows)
 
 
 def main() -> None:

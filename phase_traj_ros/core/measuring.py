@@ -19,6 +19,7 @@ from phase_traj_ros.core.heading.cuts import CutDetector
 from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.road.road_camera import RoadCamera
 from phase_traj_ros.core.road.travel import Travel
+from phase_traj_ros.core.road.tuning import TUNING as ROAD
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import EstimatorSettings
 
@@ -206,9 +207,13 @@ class PairMeter:
         travel = None if self._road_camera is None else self._road.measure(
             picture, self._road_camera, pair.yaw, times.waited,
             still=found.quality is Quality.STILL, interval_deviation=times.deviation)
+        quality = found.quality
+        if (quality is Quality.MEASURED and travel is not None and travel.rests
+                and (found.fixed or _may_follow_traffic(pair.yaw, times.waited))):
+            quality = Quality.STILL
         return replace(
-            pair, quality=found.quality, blank=found.blank, fixed=found.fixed,
-            slides=found.slides, travel=travel)
+            pair, quality=quality, blank=found.blank, fixed=found.fixed, slides=found.slides,
+            travel=travel)
 
     def correlation_map(self) -> NDArray[np.float32]:
         """
@@ -287,6 +292,12 @@ class PairMeter:
     def _exclude_from_quality(self) -> None:
         weights = self.excluded
         self._quality.exclude(None if weights is None else self._settings.view.of(weights))
+
+
+def _may_follow_traffic(yaw: YawMeasurement | None, interval: float) -> bool:
+    """Return whether the yaw of a standing vehicle is that of something else."""
+    return yaw is None or yaw.yaw is None or not yaw.certain or (
+        abs(yaw.yaw) > ROAD.driving_yaw_rate * interval)
 
 
 def _form(frame: Frame, encoding: str) -> tuple[tuple[int, ...], str, str]:

@@ -64,6 +64,17 @@ def test_the_heading_goes_on_with_the_turn_after_the_lorry(drive):
     assert turn.quarter_turns == -1
 
 
+@pytest.mark.parametrize('top', [0.1, 0.3])
+def test_traffic_at_a_red_light_does_not_block_the_view(drive, top):
+    """Slow traffic crosses in a part of the view, above a road that rests."""
+    lorry = list(crossing(drive[HALT], width=0.7, height=0.3, top=top, step=6, wait=15))
+    estimator = TrajectoryEstimator(EstimatorSettings(code_source=CodeSource.AUTO, lens=KNOWN))
+    updates = [estimator.update(frame, n * TENTH)
+               for n, frame in enumerate([*drive[:HALT + 1], *lorry])]
+    assert {update.status for update in updates[HALT + 15:]} == {PairStatus.STILL}
+    assert estimator.reliability.reliable
+
+
 @pytest.mark.parametrize('start', [HALT, HALT + 10])
 def test_a_turn_from_a_halt_counts_though_the_dashboard_does_not_move(drive, start):
     frames = [*halted(drive[start], 15), *drive[start:]]

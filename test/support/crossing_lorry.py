@@ -13,10 +13,10 @@ def halted(frame, pairs, *, seed=5):
         yield np.clip(frame + rng.normal(0.0, 1.5, frame.shape), 0, 255).astype(np.uint8)
 
 
-def crossing(frame, *, width, height, step, wait=10, seed=3):
+def crossing(frame, *, width, height, step, top=0.1, wait=10, seed=3):
     """Yield the frames of a standing vehicle in front of which a lorry of these shares passes."""
     rows, columns = frame.shape
-    length, top, bottom = round(width * columns), round(0.1 * rows), round((0.1 + height) * rows)
+    length, top, bottom = round(width * columns), round(top * rows), round((top + height) * rows)
     noise = np.random.default_rng(seed).integers(0, 255, (bottom - top, length)).astype(np.uint8)
     lorry = cv2.normalize(cv2.GaussianBlur(noise, (0, 0), 3), None, 0, 255, cv2.NORM_MINMAX)
     pairs = wait + (columns + length) // abs(step)

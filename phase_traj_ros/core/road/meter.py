@@ -155,9 +155,13 @@ class RoadMeter:
         if not self._matchers or self._key_frame is None:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured, turns=turns)
-        since_key = rotation(key.yaw, key.pitch, key.roll)
         for matcher in self._matchers:
             matcher.project(frame)
+        # A vehicle ahead may cover the far patch.
+        if self.speed_filter.standing and self._matchers[0].rests():
+            return self._stand(frame, interval)
+        since_key = rotation(key.yaw, key.pitch, key.roll)
+        for matcher in self._matchers:
             matcher.compare(since_key)
         found = self._slides(interval, self.speed_filter)
         rivals = [matcher.is_rivalled(each) for matcher, each in zip(self._matchers, found)]
@@ -174,10 +178,21 @@ class RoadMeter:
         travel = travel or self.speed_filter.bridge(interval, self._measured, turns=turns)
         return replace(travel, rivalled=rivalled)
 
+    def _stand(self, frame: Frame, interval: float) -> Travel:
+        """Return the distance of a pair in which the road rests, whatever the blocks show."""
+        key = self._key
+        # The camera has not turned since the keyframe: what turns is traffic.
+        self.tilt.nod(-key.nod, 0.0)
+        self._mean_pitch_rate = 0.0
+        self._key = RoadKeyframe(key.camera_roll, key.age, agreed=True)
+        if key.age >= TUNING.creep_time:
+            self._renew(frame)
+        return replace(self.speed_filter.stand(interval), rests=True)
+
     def _search_further(self, interval: float) -> list[RoadSlide | None]:
         """Return slides beyond the bounds of the speed, or that of the profile."""
         speeds = self.speed_filter
-        if speeds.known and speeds.speed == 0.0 and self._key.min_slide > 0.0:
+        if speeds.standing and self._key.min_slide > 0.0:
             # All patches agree on a slide that no vehicle reaches from standing: the picture was
             # frozen. (When driving, an encoder or the pattern of the markings may cause the same.)
             found = self._slides(interval, SpeedFilter())
@@ -270,8 +285,7 @@ class RoadMeter:
                 # A slow vehicle, or a pattern that is fixed to the camera: wait for a later frame.
                 key.expired = key.age >= TUNING.max_keyframe_age
                 return self._bridge_keyframe(interval)
-            stood = self.speed_filter.known and self.speed_filter.speed == 0.0
-            if stood or key.age >= TUNING.standing_time:
+            if self.speed_filter.standing or key.age >= TUNING.standing_time:
                 key.expired = key.age >= TUNING.creep_time
                 # A vehicle does not turn on the spot: the patch does not show the road.
                 return None if key.turns else self.speed_filter.stand(interval)

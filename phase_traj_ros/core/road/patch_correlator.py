@@ -46,6 +46,8 @@ class PatchCorrelator:
             np.arange(-self._reverse_cells - reach, self.max_cells + 2 + reach) % height,
             np.arange(-TUNING.lateral_cells, TUNING.lateral_cells + 1) % width)
         self._scores: NDArray[np.float64] = np.zeros(0)
+        self.coherence = 0.0
+        """Share of the whitened spectrum that stays in its place, 0 to 1."""
         # Of a window that is the product of a column and a row, the column is enough.
         column = np.sqrt(np.square(window).sum(axis=1, dtype=np.float64))
         overlap = np.correlate(column, column, 'full') / max(float(column @ column), 1e-9)
@@ -67,7 +69,10 @@ class PatchCorrelator:
         energy = self._transform(patch, keep=False)
         unit = self._transforms.inverse(self._map)
         smoothed = cv2.filter2D(self._map[self._search_region], -1, self._kernel)
-        best = smoothed[self._reach:-self._reach].max(axis=1).astype(np.float64)
+        slides = smoothed[self._reach:-self._reach]
+        still = slides[self._reverse_cells, TUNING.lateral_cells]
+        self.coherence = float(still) / (unit * float(self._kernel.max()))
+        best = slides.max(axis=1).astype(np.float64)
         noise = unit * math.sqrt(max(energy, 1e-12) / self._map.size) * cv2.norm(self._kernel)
         self._scores = best / noise
 

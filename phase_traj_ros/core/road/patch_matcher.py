@@ -71,6 +71,14 @@ class PatchMatcher:
         self.project(frame)
         self.set_reference(roll)
 
+    def rests(self) -> bool:
+        """Return whether the newest patch shows the road in the same place as the reference."""
+        if self._patches < TUNING.min_patches:
+            # A patch that has not moved yet may show the body of the vehicle.
+            return False
+        self._correlator.compare(self._upright(self._without_fixed, self._roll))
+        return self._correlator.coherence > TUNING.resting_coherence
+
     def compare(self, turn: NDArray[np.float64]) -> None:
         """Compare the newest patch with the reference; ``turn`` (3, 3) is the rotation since."""
         self._correlator.compare(self._patch.derotated(self._without_fixed, turn, self._roll))

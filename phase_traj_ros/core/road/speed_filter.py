@@ -50,6 +50,11 @@ class SpeedFilter:
         return math.hypot(self.deviation, self._interval_error * self.speed)
 
     @property
+    def standing(self) -> bool:
+        """Return whether the vehicle stood when its speed was last measured."""
+        return self.known and self.speed == 0.0
+
+    @property
     def lost(self) -> bool:
         """Return whether the speed was never measured, or too long ago."""
         return not self.known or self.deviation >= TUNING.unknown_speed_deviation

@@ -46,6 +46,8 @@ class Travel:
         (camera height, or speedometer).
     rivalled
         Whether another motion is more significant on all of the road, while the vehicle drives.
+    rests
+        Whether the road is in the same place as before, whatever moves above it.
     """
 
     distance: float
@@ -55,6 +57,7 @@ class Travel:
     tilt: float = 0.0
     scale: float = 0.0
     rivalled: bool = False
+    rests: bool = False
 
     @property
     def known(self) -> bool:

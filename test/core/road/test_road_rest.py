@@ -1,0 +1,88 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A road that rests shows that the vehicle stands, whatever the blocks follow."""
+
+import cv2
+import numpy as np
+from phase_traj_ros.core.camera.horizon import Horizon
+from phase_traj_ros.core.road.ground import CELL
+from phase_traj_ros.core.road.meter import RoadMeter
+from phase_traj_ros.core.road.travel import TravelState
+import pytest
+from road_scene import motion, PINHOLE, Road
+
+BRAKING = np.cumsum([*[0.4] * 12, 0.3, 0.2, 0.1, 0.05])
+STOP = [BRAKING[-1]] * 10
+STARTING = BRAKING[-1] + np.cumsum([0.05, 0.1, 0.2, *[0.3] * 12])
+
+
+def travels_of(pairs, *, cover=None, roll=0.0):
+    """Return the travel of each pair of place and motion, and draw ``cover`` over the road."""
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
+    rng, travels = np.random.default_rng(3), []
+    meter.start(road.seen(0.0, roll=roll), roll)
+    for number, (place, moved) in enumerate(pairs):
+        frame = road.seen(place, roll=roll) + rng.normal(0.0, 1.0, PINHOLE.shape)
+        if cover is not None:
+            cover(number, frame)
+        travels.append(meter.update(
+            np.clip(frame, 0, 255).astype(np.uint8), 0.1, moved, roll=roll))
+    return travels
+
+
+def driven(places):
+    """Return the pairs of a drive whose blocks show the true motion."""
+    steps = np.diff([0.0, *places])
+    return [(place, motion(passing=0.1 * step)) for place, step in zip(places, steps)]
+
+
+@pytest.mark.parametrize(('roll', 'moved'), [
+    (0.0, motion(passing=0.05)), (0.1, motion(yaw=0.05, passing=0.0)),
+    (0.0, motion(yaw=-0.02, pitch=0.01))])
+def test_a_vehicle_stands_while_its_blocks_follow_traffic(roll, moved):
+    before = driven([*BRAKING, *STOP])
+    traffic = [(BRAKING[-1], moved)] * 40
+
+    def cover(number, frame):
+        if len(before) <= number < len(before) + len(traffic):
+            # A lorry covers what is farther than five heights.
+            stripes = np.sin(0.3 * np.arange(640) - 2.0 * number)
+            frame[:194] = 128 + 90 * stripes
+
+    travels = travels_of([*before, *traffic, *driven(STARTING)[1:]], cover=cover, roll=roll)
+    stood = travels[len(before):len(before) + len(traffic)]
+    # The lorry covers a part of the near road, and the first keyframe is from before it.
+    assert all(travel.rests and travel.distance == 0.0 for travel in stood[1:])
+    assert [travel.state for travel in stood[5:19]] == [TravelState.STANDING] * 14
+    moves = travels[len(before) + len(traffic) + 3:]
+    assert not any(travel.rests for travel in moves)
+    assert sum(travel.distance for travel in moves) == pytest.approx(11 * 0.3, rel=0.05)
+
+
+@pytest.mark.parametrize(('deviation', 'rows'), [(14.0, 0), (40.0, 194)])
+def test_dirt_and_a_bonnet_are_not_a_road_that_rests(deviation, rows):
+    """Dirt as strong as the road covers all of it, and the bonnet the near road."""
+    dirt = cv2.GaussianBlur(np.random.default_rng(2).normal(size=PINHOLE.shape), (0, 0), 1.5)
+    dirt *= deviation / dirt.std()
+
+    def cover(_, frame):
+        frame[rows:] = (frame[rows:] if rows == 0 else 100.0) + dirt[rows:]
+
+    places = [*BRAKING, *STOP, *STARTING]
+    travels = travels_of(driven(places), cover=cover)
+    moves = travels[len(BRAKING) + len(STOP) + 2:]
+    assert not any(travel.rests for travel in moves)
+    assert sum(travel.distance for travel in moves) == pytest.approx(13 * 0.3, rel=0.1)
+
+
+def test_nothing_rests_before_the_road_has_moved():
+    # It may be the body of the vehicle.
+    travels = travels_of([(0.0, motion(yaw=0.02, passing=0.05))] * 20)
+    assert not any(travel.rests for travel in travels)
+
+
+def test_a_start_loses_no_more_than_two_cells():
+    places = [*BRAKING, *STOP, *BRAKING[-1] + 0.02 * np.arange(1, 60)]
+    travels = travels_of(driven(places))
+    start = travels[len(BRAKING) + len(STOP):]
+    assert sum(travel.distance for travel in start) == pytest.approx(1.18, abs=2 * CELL)
