@@ -208,7 +208,8 @@ class PairMeter:
             picture, self._road_camera, pair.yaw, times.waited,
             still=found.quality is Quality.STILL, interval_deviation=times.deviation)
         quality = found.quality
-        if (quality is Quality.MEASURED and travel is not None and travel.rests
+        rests = self._settings.guards and travel is not None and travel.rests
+        if (rests and quality is Quality.MEASURED
                 and (found.fixed or _may_follow_traffic(pair.yaw, times.waited))):
             quality = Quality.STILL
         return replace(
