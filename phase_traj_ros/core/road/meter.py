@@ -61,6 +61,8 @@ class RoadMeter:
         self._measured = Travel(0.0, 0.0, TravelState.UNKNOWN)
         self._key = RoadKeyframe()
         self._profile = SpeedProfile()
+        # Whether the road rested in the newest pair that was compared.
+        self._rested = False
 
     @property
     def needs_every_frame(self) -> bool:
@@ -78,6 +80,7 @@ class RoadMeter:
         self.tilt.forget_suspension()
         self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
+        self._rested = False
         self._key_frame, self._key = None, RoadKeyframe()
 
     def start(self, frame: Frame, roll: float | None = None) -> None:
@@ -137,11 +140,12 @@ class RoadMeter:
             *turn, nod=nod, interval=interval, near=None if motion is None else motion.near)
         return self._measure(
             frame, interval, turn, nod=nod,
+            passes=motion is not None and motion.certain and motion.passing > TUNING.driving,
             turns=motion is not None and abs(motion.yaw) > TUNING.driving_yaw_rate * interval)
 
     def _measure(
         self, frame: Frame, interval: float, turn: tuple[float, float, float], *, nod: float,
-        turns: bool,
+        passes: bool, turns: bool,
     ) -> Travel:
         """Compare the road with that of the keyframe, or bridge the pair."""
         key = self._key
@@ -157,9 +161,20 @@ class RoadMeter:
             return self.speed_filter.bridge(interval, self._measured, turns=turns)
         for matcher in self._matchers:
             matcher.project(frame)
-        # A vehicle ahead may cover the far patch.
-        if self.speed_filter.standing and self._matchers[0].rests():
-            return self._stand(frame, interval)
+        # The first patch is the near one, if that is in view: traffic mostly covers the far one.
+        rests = self.speed_filter.standing and self._matchers[0].rests()
+        before, self._rested = self._rested, self._rested and rests and not passes
+        if rests and passes:
+            # The patch shows the vehicle or its load, unless this is an error of a single pair.
+            if not before:
+                self.speed_filter.forget()
+            self.start(frame)
+            return self.speed_filter.bridge(interval, self._measured, turns=turns)
+        if rests:
+            if self._rested or key.age >= TUNING.standing_time:
+                return self._stand(frame, interval)
+            if key.moves:
+                return self._bridge_keyframe(interval)
         since_key = rotation(key.yaw, key.pitch, key.roll)
         for matcher in self._matchers:
             matcher.compare(since_key)
@@ -184,6 +199,7 @@ class RoadMeter:
         # The camera has not turned since the keyframe: what turns is traffic.
         self.tilt.nod(-key.nod, 0.0)
         self._mean_pitch_rate = 0.0
+        self._rested = True
         self._key = RoadKeyframe(key.camera_roll, key.age, agreed=True)
         if key.age >= TUNING.creep_time:
             self._renew(frame)
