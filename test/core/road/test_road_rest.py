@@ -71,9 +71,10 @@ def test_dirt_and_a_bonnet_are_not_a_road_that_rests(deviation, rows):
 
     places = [*BRAKING, *STOP, *STARTING]
     travels = travels_of(driven(places), cover=cover)
-    moves = travels[len(BRAKING) + len(STOP) + 2:]
+    # The first pairs of a start may be bridged.
+    moves = travels[len(BRAKING) + len(STOP) + 4:]
     assert not any(travel.rests for travel in moves)
-    assert sum(travel.distance for travel in moves) == pytest.approx(13 * 0.3, rel=0.1)
+    assert sum(travel.distance for travel in moves) == pytest.approx(11 * 0.3, rel=0.05)
 
 
 def test_a_load_on_the_near_road_holds_the_vehicle_for_a_moment_only():
