@@ -161,20 +161,9 @@ class RoadMeter:
             return self.speed_filter.bridge(interval, self._measured, turns=turns)
         for matcher in self._matchers:
             matcher.project(frame)
-        # The first patch is the near one, if that is in view: traffic mostly covers the far one.
-        rests = self.speed_filter.standing and self._matchers[0].rests()
-        before, self._rested = self._rested, self._rested and rests and not passes
-        if rests and passes:
-            # The patch shows the vehicle or its load, unless this is an error of a single pair.
-            if not before:
-                self.speed_filter.forget()
-            self.start(frame)
-            return self.speed_filter.bridge(interval, self._measured, turns=turns)
-        if rests:
-            if self._rested or key.age >= TUNING.standing_time:
-                return self._stand(frame, interval)
-            if key.moves:
-                return self._bridge_keyframe(interval)
+        rest = self._rest(frame, interval, passes=passes, turns=turns)
+        if rest is not None:
+            return rest
         since_key = rotation(key.yaw, key.pitch, key.roll)
         for matcher in self._matchers:
             matcher.compare(since_key)
@@ -192,6 +181,26 @@ class RoadMeter:
                     and not self._profile.confirms(self.speed_filter.speed))
         travel = travel or self.speed_filter.bridge(interval, self._measured, turns=turns)
         return replace(travel, rivalled=rivalled)
+
+    def _rest(
+        self, frame: Frame, interval: float, *, passes: bool, turns: bool,
+    ) -> Travel | None:
+        """Return the distance of a pair if the road rests; None if it must be measured."""
+        # The first patch is the near one, if that is in view: traffic mostly covers the far one.
+        matchers, key, rested = self._matchers or (), self._key, self._rested
+        rests = self.speed_filter.standing and matchers[0].rests()
+        self._rested = rested and rests and not passes
+        if not rests:
+            return None
+        if passes:
+            # The patch shows the vehicle or its load, unless this is an error of a single pair.
+            if not rested:
+                self.speed_filter.forget()
+            self.start(frame)
+            return self.speed_filter.bridge(interval, self._measured, turns=turns)
+        if self._rested or key.age >= TUNING.standing_time:
+            return self._stand(frame, interval)
+        return self._bridge_keyframe(interval) if key.moves else None
 
     def _stand(self, frame: Frame, interval: float) -> Travel:
         """Return the distance of a pair in which the road rests, whatever the blocks show."""
