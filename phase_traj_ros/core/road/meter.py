@@ -312,8 +312,10 @@ class RoadMeter:
                 return self._bridge_keyframe(interval)
             if self.speed_filter.standing or key.age >= TUNING.standing_time:
                 key.expired = key.age >= TUNING.creep_time
-                # A vehicle does not turn on the spot: the patch does not show the road.
-                return None if key.turns else self.speed_filter.stand(interval)
+                # A vehicle that turns on the spot, or a pattern that is fixed to it, which a later
+                # frame tells apart.
+                return (self.speed_filter.bridge(interval, self._measured, turns=True)
+                        if key.turns else self.speed_filter.stand(interval))
             if best.sudden:
                 return self._bridge_keyframe(interval)
         return self._travel(agreeing, interval)
