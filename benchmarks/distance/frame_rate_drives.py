@@ -112,6 +112,8 @@ DRIVES: dict[str, Callable[[], Drive]] = {
         [Straight(2), Turn(90, 3.5, 5), Straight(2), Turn(-90, 3, 5), Straight(2)], 9.0),
     'walk, 1.4 m/s': _walk,
     'slow robot, 0.3 m/s': _planned([Straight(5), Turn(-90, 30), Straight(5)], 0.3, _ROBOT),
+    'robot on the spot': _planned(
+        [Straight(8), Straight(1, 0), Turn(180, 4, 0), Straight(8)], 0.5, _ROBOT),
     'motorway, 25 m/s': _planned([Straight(4), Turn(20, 6), Straight(2)], 25.0),
     'motorway, 35 m/s': _planned([Straight(4), Turn(20, 6), Straight(2)], 35.0),
     'stop and go': _planned([

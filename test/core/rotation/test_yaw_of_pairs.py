@@ -71,6 +71,22 @@ def test_a_sudden_change_of_the_exposure_moves_nothing(light):
     assert found.yaw == pytest.approx(0.0, abs=1e-4)
 
 
+@pytest.mark.parametrize('step', [0, 6])
+def test_the_direction_of_travel_is_not_learned_where_nothing_passes_by(step):
+    meter, rng = meter_of_far(), np.random.default_rng(1)
+
+    def noisy(moved):
+        return np.clip(far(moved) + rng.normal(0.0, 3.0, (240, 320)), 0, 255).astype(np.uint8)
+
+    meter.update(noisy(-200), 0.1)
+    meter._key = meter._matcher.keyframe(meter._previous, FocusOfExpansion(course=0.3))
+    for number in range(1, 70):
+        measured = meter.update(noisy(-200 + step * number), 0.1)
+    assert measured.yaw == pytest.approx(step / LONG_FOCAL, abs=0.0003)
+    # The sway of a vehicle ends within seconds.
+    assert abs(meter._key.travel.course) < 0.01
+
+
 @pytest.mark.parametrize('step', [-2, 2])
 def test_what_stays_while_the_camera_turns_is_fixed_to_it(step):
     """Above the road, too, where far parts of a scene may rest while the vehicle drives ahead."""
