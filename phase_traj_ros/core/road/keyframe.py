@@ -68,7 +68,7 @@ class RoadKeyframe:
 
     @property
     def turns(self) -> bool:
-        """Return whether the vehicle turns, which a standing one cannot."""
+        """Return whether the vehicle turns: it drives, or turns on the spot."""
         return abs(self.yaw) > TUNING.driving_yaw_rate * self.age
 
     def is_far(self, distance: float, interval: float) -> bool:

@@ -316,8 +316,8 @@ class RoadMeter:
                 # frame tells apart.
                 return (self.speed_filter.bridge(interval, self._measured, turns=True)
                         if key.turns else self.speed_filter.stand(interval))
-            if best.sudden:
-                return self._bridge_keyframe(interval)
+        if best.sudden:
+            return self._bridge_keyframe(interval)
         return self._travel(agreeing, interval)
 
     def _travel(self, agreeing: list[RoadSlide], interval: float) -> Travel:

@@ -123,7 +123,7 @@ class PatchMatcher:
         # The copies of an encoder have side lobes.
         beside = key.drives and abs(raw) < TUNING.profile_begins and (
             self._correlator.max_score(below, above) > peak.score)
-        fixed = not self._has_turned(key) and (beside or below < peak.cells < above)
+        fixed = not self._may_turn_on_the_spot(key) and (beside or below < peak.cells < above)
         return RoadSlide(
             raw / scale, self.deviation(key), peak.score, self.depth, raw, fixed,
             peak.cells < least - TUNING.fixed_cells)
@@ -155,7 +155,7 @@ class PatchMatcher:
         self, least: float, most: float, below: float, above: float, key: RoadKeyframe,
     ) -> Peak | None:
         """Return the highest peak; that of a fixed pattern only if nothing slides."""
-        if not key.moves or self._has_turned(key):
+        if not key.moves or self._may_turn_on_the_spot(key):
             # The vehicle may stand, whatever its last speed was.
             return self._correlator.peak(least, most) or self._correlator.peak(below, above)
         places = [(max(least, above, key.min_slide / CELL), most)]
@@ -165,14 +165,16 @@ class PatchMatcher:
         peak = max(peaks, key=lambda each: each.score, default=None)
         return peak if peak or key.drives else self._correlator.peak(least, most)
 
-    def _has_turned(self, key: RoadKeyframe) -> bool:
+    def _may_turn_on_the_spot(self, key: RoadKeyframe) -> bool:
         """
-        Return whether the compensated turn has moved all fixed patterns out of the search range.
+        Return whether what stays in place is the road, on which the vehicle turns on the spot.
 
-        Then what stays in place is the road, on which the vehicle turns on the spot.
+        The compensation of a turn moves what is fixed to the camera aside, and with enough of it
+        out of the search range.
         """
         aside = abs(key.yaw) * self.depth / CELL
-        return aside > TUNING.lateral_cells + TUNING.peak_half_width
+        return (aside > TUNING.lateral_cells + TUNING.peak_half_width
+                and not (key.agreed and key.drives))
 
     def _upright(self, patch: NDArray[np.float32], roll: float) -> NDArray[np.float32]:
         return self._patch.derotated(patch, np.eye(3), roll) if roll else patch

@@ -100,10 +100,10 @@ class SpeedFilter:
         Return the distance of a pair at the last speed.
 
         ``measured`` is the newest measured distance, ``turns`` whether the vehicle turns in the
-        pair, which a standing one cannot.
+        pair, so that it may have started.
         """
         deviation = self.observed_deviation * interval
-        # A turning vehicle moves, even if it was standing when it was last measured.
+        # A vehicle that stood when it was last measured, and turns, mostly drives.
         if not self.known or (turns and self.speed == 0.0):
             return Travel(1.0, deviation ** 2, TravelState.UNKNOWN)
         distance = self.speed * min(interval, TUNING.max_bridged_time)

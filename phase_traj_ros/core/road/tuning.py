@@ -77,7 +77,7 @@ class RoadTuning:
     min_patches: int = 3
     """...the least number of them."""
     driving_yaw_rate: float = math.radians(3.0)
-    """A standing vehicle turns at less than this, in rad/s."""
+    """A vehicle that turns at less than this, in rad/s, may stand."""
 
     baseline: float = 0.75
     """A keyframe is replaced before the road slides by this, ..."""

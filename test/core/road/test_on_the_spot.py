@@ -4,6 +4,7 @@
 
 import math
 
+import cv2
 import numpy as np
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
 from phase_traj_ros.core.camera.horizon import Horizon
@@ -43,7 +44,7 @@ def test_a_turn_on_the_spot_is_one_of_the_heading_alone(rate_hz, degrees, second
 def test_the_road_below_a_turn_on_the_spot_stays_in_place(step, measured, waits):
     road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
     meter.start(road.seen(0.0))
-    for place in 0.3 * np.arange(1, 9):
+    for place in np.cumsum([*[0.3] * 8, 0.2, 0.1, 0.05]):
         meter.update(road.seen(place), 0.1, motion(passing=0.03))
     for _ in range(waits):
         meter.update(road.seen(place), 0.1, motion(passing=0.0))
@@ -72,3 +73,25 @@ def test_a_bonnet_in_a_corner_is_not_a_road_that_stays_in_place(step):
     travels = [
         meter.update(seen(number), 0.1, motion(yaw=step, passing=0.03)) for number in range(1, 40)]
     assert sum(travel.distance for travel in travels[5:]) == pytest.approx(34 * 0.3, rel=0.05)
+
+
+def test_the_copies_of_an_encoder_that_turn_with_the_scene_do_not_stop_a_car():
+    def seen(number):
+        yaw = 0.06 * number
+        slides = road.seen(5.0 * math.sin(yaw), 5.0 * (1.0 - math.cos(yaw)), yaw)
+        return cv2.addWeighted(slides, 0.4, road.seen(0.0, yaw=yaw), 0.6, 0.0)
+
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
+    meter.start(seen(0))
+    travels = [
+        meter.update(seen(number), 0.1, motion(yaw=0.06, passing=0.03)) for number in range(1, 40)]
+    assert sum(travel.distance for travel in travels[5:]) == pytest.approx(34 * 0.3, rel=0.05)
+
+
+def test_a_single_pair_does_not_stop_a_vehicle_that_turns():
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
+    meter.start(road.seen(0.0))
+    for place in 0.8 * np.arange(1, 12):
+        meter.update(road.seen(place), 0.1, motion(passing=0.08))
+    travel = meter.update(road.seen(place, yaw=0.09), 0.1, motion(yaw=0.09, passing=0.003))
+    assert travel.state is TravelState.BRIDGED and travel.distance == pytest.approx(0.8, abs=0.05)
