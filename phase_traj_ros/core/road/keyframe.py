@@ -62,9 +62,14 @@ class RoadKeyframe:
         return not self.agreed or self.passing > TUNING.driving
 
     @property
+    def passes(self) -> bool:
+        """Return whether the blocks agree that the world passes by."""
+        return self.agreed and self.drives
+
+    @property
     def min_slide(self) -> float:
         """Return the least slide of the road in camera heights, by the blocks."""
-        return TUNING.min_block_distance * self.passing if self.agreed and self.drives else 0.0
+        return TUNING.min_block_distance * self.passing if self.passes else 0.0
 
     @property
     def turns(self) -> bool:

@@ -177,7 +177,7 @@ class RoadMeter:
         if travel is None or key.expired:
             self._renew(frame)
         # The copies of an encoder have no common speed over half a second.
-        rivalled = (key.agreed and key.drives and all(rivals)
+        rivalled = (key.passes and all(rivals)
                     and not self._profile.confirms(self.speed_filter.speed))
         travel = travel or self.speed_filter.bridge(interval, self._measured, turns=turns)
         return replace(travel, rivalled=rivalled)

@@ -159,7 +159,7 @@ class PatchMatcher:
             # The vehicle may stand, whatever its last speed was.
             return self._correlator.peak(least, most) or self._correlator.peak(below, above)
         places = [(max(least, above, key.min_slide / CELL), most)]
-        if not key.drives or not key.agreed or most <= 0.0:
+        if not key.passes or most <= 0.0:
             places.append((least, min(most, below)))
         peaks = filter(None, [self._correlator.peak(*place) for place in places])
         peak = max(peaks, key=lambda each: each.score, default=None)
@@ -173,8 +173,7 @@ class PatchMatcher:
         out of the search range.
         """
         aside = abs(key.yaw) * self.depth / CELL
-        return (aside > TUNING.lateral_cells + TUNING.peak_half_width
-                and not (key.agreed and key.drives))
+        return aside > TUNING.lateral_cells + TUNING.peak_half_width and not key.passes
 
     def _upright(self, patch: NDArray[np.float32], roll: float) -> NDArray[np.float32]:
         return self._patch.derotated(patch, np.eye(3), roll) if roll else patch

@@ -21,7 +21,7 @@ from phase_traj_ros.core.rotation.block_matcher import BlockMatcher, Keyframe, M
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
 from phase_traj_ros.core.rotation.camera_roll import CameraRoll
 from phase_traj_ros.core.rotation.cross_traffic import CrossTraffic
-from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
+from phase_traj_ros.core.rotation.focus_of_expansion import Mounting
 from phase_traj_ros.core.rotation.scanline import Scanline
 from phase_traj_ros.core.rotation.tuning import TUNING
 from phase_traj_ros.core.rotation.whole_shift import WholeShift
@@ -285,25 +285,25 @@ class YawMeter:
         pair = key.add(motion, match.blocks, roll=self.roll.current)
         self._rate = pair.yaw / interval
         self._passing = motion.passing / key.age
-        if not self._is_traffic:
-            key.travel = self._travel(key, motion)
         swung = self.roll.add(pair, interval, self.mounting,
                               certain=motion.certain and not self._is_traffic)
-        if motion.passing > TUNING.min_passing and not self._is_traffic:
-            self.mounting.add(motion.travel, interval, self.roll.yaw_rate)
+        if not self._is_traffic:
+            self._learn_travel(key, motion, interval)
         return YawMeasurement(
             shift, pair.yaw - swung, True, motion.agreement, pair, interval / key.age,
             common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad),
             is_traffic=self._is_traffic)
 
-    def _travel(self, key: Keyframe, motion: CameraMotion) -> FocusOfExpansion:
-        """Return the direction of travel after a comparison with a keyframe."""
+    def _learn_travel(self, key: Keyframe, motion: CameraMotion, interval: float) -> None:
+        """Learn the direction of travel since the keyframe, if the blocks show it."""
         if motion.passing <= TUNING.min_passing:
-            # The blocks do not show it: on the spot, their errors would turn it aside.
-            return key.predict_travel(self._rate, self.mounting)
+            # On the spot, their errors would turn it aside.
+            key.travel = key.predict_travel(self._rate, self.mounting)
+            return
         # It could diverge if few blocks agree.
-        return (motion.travel if motion.certain
-                else motion.travel.limited(self._rate, self.mounting))
+        key.travel = (motion.travel if motion.certain
+                      else motion.travel.limited(self._rate, self.mounting))
+        self.mounting.add(motion.travel, interval, self.roll.yaw_rate)
 
     @property
     def _is_traffic(self) -> bool:
