@@ -95,13 +95,16 @@ class SelfCalibration:
         if self._replayed:
             self._tracker.cut()
 
-    def update(self, frame: Frame, shift_px: float, interval: float) -> bool:
+    def update(
+        self, frame: Frame, shift_px: float, interval: float, *, reverses: bool | None = None,
+    ) -> bool:
         """
         Add the next frame, (H, W) and upright; return whether the estimate has changed.
 
         The frame must not change afterwards; one of another size is from another camera.
         ``shift_px`` is the shift of the image to the right since the last frame, 0 if it is
-        unknown, and ``interval`` the time since in seconds, 0 for the first frame.
+        unknown, and ``interval`` the time since in seconds, 0 for the first frame. ``reverses`` is
+        whether the vehicle moved backwards in it; None if it hardly moved, or that is unknown.
         """
         if self._replayed:
             return False
@@ -112,7 +115,8 @@ class SelfCalibration:
         self._frames += 1
         further = max(0, self._attempts + 1 - TUNING.free_fits)
         wanted = self._frames >= TUNING.fit_spacing_frames * further ** 2
-        return self._learn(self._tracker.update(frame, shift_px, interval, wanted=wanted))
+        return self._learn(self._tracker.update(
+            frame, shift_px, interval, reverses=reverses, wanted=wanted))
 
     def finish(self) -> None:
         """Use the turn in progress at the end."""

@@ -61,6 +61,14 @@ class TurnTracks:
             self, point=numbers[self.point[kept]], frame=self.frame[kept],
             position=self.position[kept])
 
+    def backwards(self) -> 'TurnTracks':
+        """Return the observations backwards in time: those of a vehicle that does not reverse."""
+        frame = len(self.flow) - 1 - self.frame
+        order = np.lexsort((frame, self.point))
+        return replace(
+            self, point=self.point[order], frame=frame[order], position=self.position[order],
+            flow=(self.flow - self.flow[-1])[::-1], seconds=(self.seconds[-1] - self.seconds)[::-1])
+
 
 class TurnTracker:
     """Tracks points through turns; it stores one stretch at a time."""
@@ -78,18 +86,21 @@ class TurnTracker:
         # Speed of the image in pixels per second, for how many seconds it has been that of a turn,
         # and the largest one of the stretch in widths per second.
         self._rate = self._lasted = self._fastest = 0.0
+        self._reverses = False
 
     def finish(self) -> TurnTracks | None:
         """Return the stretch in progress if it is usable, and forget it."""
         stretch, self._stretch = self._stretch, None
-        return None if stretch is None else stretch.tracks()
+        tracks = None if stretch is None else stretch.tracks()
+        return tracks.backwards() if tracks is not None and self._reverses else tracks
 
     def update(self, frame: Frame, shift_px: float, interval: float, *,
-               wanted: bool = True) -> TurnTracks | None:
+               reverses: bool | None = None, wanted: bool = True) -> TurnTracks | None:
         """
         Add the next frame; return the stretch that ends with it, if it is usable.
 
-        See ``SelfCalibration.update``. ``wanted`` is whether a stretch may start.
+        See ``SelfCalibration.update``. ``wanted`` is whether a stretch may start. A stretch in
+        reverse is returned backwards in time.
         """
         last, width = self._last, frame.shape[1]
         if last is None or interval <= 0.0:
@@ -99,6 +110,10 @@ class TurnTracker:
         self._last = frame
         if not abs(shift_px) < TUNING.max_frame_motion * width:
             return self.finish()
+        if reverses is not None and reverses != self._reverses:
+            finished = self.finish()
+            self._reverses = reverses
+            return finished
         kept = math.exp(-interval / TUNING.turn_speed_time_s)
         self._rate = kept * self._rate + (1.0 - kept) * shift_px / interval
         rate = abs(self._rate) / width

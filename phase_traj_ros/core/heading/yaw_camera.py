@@ -203,9 +203,11 @@ class YawCamera:
             self._newest_frame = frame
             # Not the shift of the whole image: in a gentle bend, parallax may exceed the yaw.
             yaw = None if measurement is None or measurement.is_traffic else measurement.yaw
+            near = 0.0 if yaw is None or measurement.motion is None else measurement.motion.near
             self._learned |= self._learning.update(
                 upright(frame, rotate_180=self.rotate_180),
-                0.0 if yaw is None else self._focal[0] * limited_tan(yaw), interval)
+                0.0 if yaw is None else self._focal[0] * limited_tan(yaw), interval,
+                reverses=near < 0.0 if near else None)
         return measurement
 
     def learn(self, stamp_ns: int) -> float | None:

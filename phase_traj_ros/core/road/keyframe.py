@@ -24,7 +24,7 @@ class RoadKeyframe:
     nod: float = 0.0
     """The pitch without the part of a turn that a camera with a roll sees as one."""
     passing: float = 0.0
-    """Sum of the ratios of translation to distance of the near blocks."""
+    """Sum of the ratios of translation to distance of the near blocks, negative in reverse."""
     agreed: bool = False
     """Whether the blocks agree on the motion of the newest pair."""
     distance: float = 0.0
@@ -54,12 +54,12 @@ class RoadKeyframe:
     @property
     def moves(self) -> bool:
         """Return whether the vehicle may move, by the blocks."""
-        return not self.agreed or self.passing > TUNING.passing
+        return not self.agreed or abs(self.passing) > TUNING.passing
 
     @property
     def drives(self) -> bool:
         """Return whether the road must have slid, by the blocks."""
-        return not self.agreed or self.passing > TUNING.driving
+        return not self.agreed or abs(self.passing) > TUNING.driving
 
     @property
     def passes(self) -> bool:
@@ -68,7 +68,7 @@ class RoadKeyframe:
 
     @property
     def min_slide(self) -> float:
-        """Return the least slide of the road in camera heights, by the blocks."""
+        """Return the least slide of the road in camera heights, by the blocks, with its sign."""
         return TUNING.min_block_distance * self.passing if self.passes else 0.0
 
     @property

@@ -101,11 +101,11 @@ class RoadMeter:
 
         The frame must not change afterwards. ``interval`` is the time since the previous one, in
         seconds, above 0, with the standard deviation ``interval_deviation``. ``motion`` is that of
-        the camera, None if the blocks do not agree, such as in reverse; then the ``yaw`` in
-        radians is used, if known. A vehicle that drives straight ahead travels at this ``azimuth``
-        of the camera, in radians, positive to the right. ``roll`` is the current roll of the
-        camera relative to the road, in radians, positive right side down; None if it is that of
-        the horizon. ``still`` is whether the vehicle is known to stand.
+        the camera, None if the blocks do not agree; then the ``yaw`` in radians is used, if known.
+        A vehicle that drives straight ahead travels at this ``azimuth`` of the camera, in radians,
+        positive to the right. ``roll`` is the current roll of the camera relative to the road, in
+        radians, positive right side down; None if it is that of the horizon. ``still`` is whether
+        the vehicle is known to stand.
         """
         self._azimuth = azimuth
         self._roll = self._horizon.roll if roll is None else roll
@@ -122,10 +122,10 @@ class RoadMeter:
         if motion is not None:
             nod = self._nod(motion, interval)
             self.tilt.nod(nod, TUNING.block_pitch_deviation)
-            driven = self.speed_filter.speed * max(motion.age, interval)
+            driven = abs(self.speed_filter.speed) * max(motion.age, interval)
             speeds = self.speed_filter
             # At rest, the blocks do not show the direction of travel: it equals its prior.
-            moves = max(motion.passing, motion.near) > TUNING.passing
+            moves = max(motion.passing, abs(motion.near)) > TUNING.passing
             if moves and (not speeds.known or speeds.doubtful or driven > TUNING.min_slide):
                 travel = motion.travel
                 self.tilt.add(self._horizon.pitch_along(
@@ -242,7 +242,9 @@ class RoadMeter:
 
     def _slide_by_profile(self, interval: float) -> RoadSlide | None:
         """Return the slide at the speed of the profile; None if it has none."""
-        best = self._profile.best if self._key.moves else None
+        key = self._key
+        # It has no speeds in reverse.
+        best = self._profile.best if key.moves and key.passing >= 0.0 else None
         if best is None:
             return None
         (speed, score), speeds, near = best, self.speed_filter, (self._matchers or ())[0]
@@ -300,7 +302,7 @@ class RoadMeter:
             return None
         best = max(found, key=lambda each: each.score)
         agreeing = self._agreeing(found, best)
-        if len(agreeing) == 2 and best.distance > TUNING.min_slide:
+        if len(agreeing) == 2 and abs(best.distance) > TUNING.min_slide:
             self._compare(*agreeing)
             agreeing = [replace(
                 each, distance=each.raw / self._slide_scale(each.depth, key.nod))
@@ -351,7 +353,7 @@ class RoadMeter:
 
     def _compare(self, near: RoadSlide, far: RoadSlide) -> None:
         """Estimate the pitch from the slides of the near and the far patch."""
-        if near.raw <= 0.0 or far.raw <= 0.0:
+        if near.raw * far.raw <= 0.0:
             return
         # A change of the pitch moves the far road more than the near road, in the same direction.
         nod = (far.depth ** 2 - near.depth ** 2) * TUNING.block_pitch_deviation

@@ -147,7 +147,7 @@ class RoadTuning:
     of tyres."""
     max_speed: float = 45.0
     """Largest speeds in camera heights per second, forward, and..."""
-    max_reverse_speed: float = 3.0
+    max_reverse_speed: float = 10.0
     """...in reverse."""
     unknown_speed_deviation: float = 10.0
     """Standard deviation of an unknown speed."""

@@ -135,20 +135,21 @@ class BlockMatcher:
         return Keyframe(self.grid.extract(picture), travel)
 
     def match(
-        self, key: Keyframe, current: NDArray[np.uint8], expected: tuple[float, float],
-        travel: FocusOfExpansion,
+        self, key: Keyframe, current: NDArray[np.uint8], travel: FocusOfExpansion,
+        expected: tuple[float, float], *, reverses: bool = True,
     ) -> Match | None:
         """
         Return the motion from a keyframe to a picture; None if it is not determined.
 
-        ``expected`` is the shift (dx, dy) since the previous frame, in pixels, around which the
-        blocks are searched, and ``travel`` the predicted direction of travel.
+        ``travel`` is the predicted direction of travel, ``expected`` the shift (dx, dy) since the
+        previous frame, in pixels, around which the blocks are searched, and ``reverses`` whether
+        the vehicle may reverse.
         """
         blocks = self.grid.measure(key.picture, current, expected=key.moved + np.array(expected))
         motion = self._fit(
             blocks.dx / self._px_per_rad, blocks.dy / self._px_per_rad, blocks.weight, travel,
             aside=key.picture.aside / self._px_per_rad, down=key.picture.down / self._px_per_rad,
-            precision=blocks.precision)
+            precision=blocks.precision, reverses=reverses)
         return None if motion is None else Match(key, motion, blocks)
 
     def learn(self, match: Match) -> None:

@@ -8,7 +8,7 @@ distance d. If the camera rotates by a small angle and translates by s, the poin
 cylinder by
 
     u = yaw + y (pitch sin t + roll cos t)         + q sin(t - b)
-    w = (1 + y**2) (pitch cos t - roll sin t)      + q (y cos(t - b) - c),    q = s / d >= 0.
+    w = (1 + y**2) (pitch cos t - roll sin t)      + q (y cos(t - b) - c),    q = s / d.
 
 u is positive to the right, w down, both in radians (w as a slope). Yaw is positive to the left
 (REP 103). Pitch and roll are rotations about the x (right) and z (forward) axes of the image. b is
@@ -19,9 +19,9 @@ The component of (u, w) across this line therefore gives the rotation independen
 This is the differential form of the epipolar constraint (Longuet-Higgins and Prazdny, "The
 interpretation of a moving retinal image", 1980).
 
-Three constraints are added. The camera does not move backwards: q >= 0. q is bounded, so both u
-and w count for a point in the direction of travel, which hardly moves at any distance. The
-direction of travel of a vehicle is close to straight ahead.
+Three constraints are added. The camera moves past all points in one direction: q >= 0, or q <= 0
+in reverse. q is bounded, so both u and w count for a point in the direction of travel, which hardly
+moves at any distance. The direction of travel of a vehicle is close to straight ahead.
 """
 
 from dataclasses import dataclass
@@ -55,12 +55,14 @@ class CameraMotion:
     yaw_variance: float
     """Variance of the yaw in square radians, from the scatter of the blocks."""
     passing: float
-    """Median q of the blocks: translation of the camera divided by their distance."""
+    """Median q of the blocks, without its sign: translation of the camera divided by their
+    distance."""
     age: float = 0.0
     """Seconds from the keyframe, from which ``travel`` and ``passing`` are measured; ``near`` and
     the rotation are those of the newest pair, and the slope is that in its second frame."""
     near: float = 0.0
-    """The q that a tenth of the blocks exceed by their errors, as they are near."""
+    """The q that a tenth of the blocks exceed by their errors, as they are near; negative in
+    reverse."""
 
     def nod(self, roll: float) -> float:
         """Return the pitch less the part of a turn that a camera with a ``roll`` sees as one."""
@@ -93,7 +95,7 @@ class MotionFit:
     def __call__(
         self, u: Numbers, w: Numbers, weight: Numbers, travel: FocusOfExpansion, *,
         aside: Numbers | float = 0.0, down: Numbers | float = 0.0,
-        precision: Numbers | float = 1.0,
+        precision: Numbers | float = 1.0, reverses: bool = True,
     ) -> CameraMotion | None:
         """
         Return the motion that fits the displacements, (N,) in radians; None if they are too few.
@@ -101,6 +103,7 @@ class MotionFit:
         ``travel`` is the predicted direction of travel. The displacements are those of points that
         are ``aside`` to the right and ``down`` from the centres of the blocks, in radians. Each
         counts with its weight for the agreement, and with that and its ``precision`` for the fit.
+        ``reverses`` is whether the camera may move backwards.
         """
         used = np.flatnonzero(weight > 0.0)
         if len(used) <= _C:
@@ -120,13 +123,25 @@ class MotionFit:
                 other = self._solved(points, travel, quantile(u[ahead], 0.5))
                 if best is None or (other is not None and other.agreeing > best.agreeing):
                     best = other
+            if reverses:
+                best = self._in_reverse(points, travel, quantile(u, 0.5), best)
         return None if best is None else self._motion(best, total)
 
+    def _in_reverse(
+        self, points: Numbers, travel: FocusOfExpansion, yaw: float, forwards: '_Equations | None',
+    ) -> '_Equations | None':
+        """Return the solution in reverse, if clearly more blocks agree with it."""
+        other = self._solved(points, travel, yaw, sign=-1.0)
+        least = 0.0 if forwards is None else TUNING.reversing_factor * forwards.agreeing
+        return forwards if other is None or other.agreeing < least else other
+
     def _solved(
-        self, points: Numbers, travel: FocusOfExpansion, yaw: float,
+        self, points: Numbers, travel: FocusOfExpansion, yaw: float, *, sign: float = 1.0,
     ) -> '_Equations | None':
         """
         Return the equations at their solution, searched from a yaw on.
+
+        ``sign`` is that of q.
 
         None if it is not determined, or no block agrees with it.
         """
@@ -135,14 +150,14 @@ class MotionFit:
             points, np.array([yaw, 0.0, 0.0, travel.course, travel.slope]),
             variance * np.diag(
                 [0.0, 0.0, 0.0, 1 / travel.course_variance, 1 / travel.slope_variance]),
-            variance=variance, least=self._least)
+            variance=variance, least=self._least, sign=sign)
         # Cauchy weights: outliers, such as other traffic, have little effect.
         solved = equations.solve(steps=TUNING.fit_steps, power=1)
         return equations if solved and equations.agreeing > 0.0 else None
 
     def _motion(self, equations: '_Equations', total: float) -> CameraMotion:
         """Return the motion that solves the equations; ``total`` is the sum of all weights."""
-        near, agreeing = equations.near, equations.agreeing
+        near, agreeing = np.abs(equations.near), equations.agreeing
         certain_q = np.maximum(near - self._deviation / np.sqrt(equations.squared), 0.0)
         certain_q = certain_q[equations.agrees]
         course_variance = self._deviation ** 2 * float(equations.inverse[_B, _B])
@@ -155,7 +170,7 @@ class MotionFit:
             travel=FocusOfExpansion(course, slope, course_variance, slope_variance),
             agreeing=agreeing, agreement=agreeing / total,
             yaw_variance=yaw_variance, passing=quantile(near, 0.5),
-            near=quantile(certain_q, 0.9))
+            near=equations.sign * quantile(certain_q, 0.9))
 
     def _yaw_variance(self, equations: '_Equations') -> float:
         """Return the variance of the yaw in square radians."""
@@ -163,7 +178,7 @@ class MotionFit:
         # small weight, adds little to them (Huber and Ronchetti, "Robust Statistics", 6.3).
         variance, error, robust = self._deviation ** 2, equations.error, equations.robust
         # Their derivative is smaller than the weights, as these fall with the errors.
-        slopes = (1.0 - (equations.near > 0.0) * error / variance) / (1.0 + error / variance)
+        slopes = (1.0 - (equations.near != 0.0) * error / variance) / (1.0 + error / variance)
         mean_slope = max(float((robust * slopes).sum() / robust.sum()), TUNING.min_score_slope)
         of_yaw = cv2.invert(mean_slope * equations.normal + equations.trust)[1][_YAW]
         return float(np.square(of_yaw @ equations.scores).sum()
@@ -192,8 +207,9 @@ class _Equations:
 
     def __init__(
         self, points: Numbers, prior: Numbers, trust: Numbers, *, variance: float, least: float,
+        sign: float,
     ) -> None:
-        self.state, self._prior, self.trust = prior, prior, trust
+        self.state, self._prior, self.trust, self.sign = prior, prior, trust, sign
         self._shift = points[:2]
         self._azimuth, self._y, self._weight, self._precise = points[2:]
         self._variance, self._least = variance, least
@@ -244,18 +260,18 @@ class _Equations:
         unrotated = self._shift + (state[:_B] @ self._rotations).reshape(along.shape)
         self.squared = _dot(along, along) + self._least
         near = _dot(unrotated, along) / self.squared
-        forwards = near > 0.0
-        near *= forwards
+        passes = self.sign * near > 0.0
+        near *= passes
         terms[_ERROR, :2] = unrotated - near * along
         self.error = _dot(terms[_ERROR, :2], unrotated)
         """Squared error of each point, in square radians, ..."""
         self.near = near
-        """...its q, 0 or more, ..."""
+        """...its q, of this sign or 0, ..."""
         factor[:2] = self.robust = self._precise * (
             1.0 + self.error / self._variance) ** -power
         """...and its weight, (N,)."""
         # The component along the line determines the distance of the point only.
-        np.divide(self.robust * forwards, -self.squared, out=factor[2])
+        np.divide(self.robust * passes, -self.squared, out=factor[2])
         terms[_B, 0], terms[_B, 1] = near * ahead, -near * y * along[0]
         terms[_C, 1] = near
         terms[:_ERROR, 2] = terms[:_ERROR, 0] * along[0] + terms[:_ERROR, 1] * along[1]

@@ -9,6 +9,7 @@ depend on their distance.
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import cast
 
 import cv2
@@ -264,13 +265,15 @@ class YawMeter:
         foreseen = self._foreseen(interval)
         shaking = min(max(shift.dy, -TUNING.max_shake_px), TUNING.max_shake_px)
         travel = key.predict_travel(self._rate, self.mounting)
-        best = self._matcher.match(key, current, (shift.dx, shaking), travel)
+        # Traffic in front of a standing vehicle may recede.
+        match = partial(self._matcher.match, key, current, travel, reverses=not self._stood)
+        best = match((shift.dx, shaking))
         if (best is None or not best.motion.certain
                 or abs(shift.dx - foreseen) > TUNING.shift_gate_px):
-            best = _best(best, self._matcher.match(key, current, (foreseen, 0.0), travel))
+            best = _best(best, match((foreseen, 0.0)))
         if best is None or not best.motion.certain:
             second = self._whole_shift.second_peak()
-            best = _best(best, self._matcher.match(key, current, (second.dx, 0.0), travel))
+            best = _best(best, match((second.dx, 0.0)))
         if (best is not None and best.motion.holds(TUNING.min_agreement)
                 and not (self._stood and self._traffic.explains(
                     best.motion, best.blocks.resting))):
