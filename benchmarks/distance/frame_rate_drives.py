@@ -114,6 +114,8 @@ DRIVES: dict[str, Callable[[], Drive]] = {
     'slow robot, 0.3 m/s': _planned([Straight(5), Turn(-90, 30), Straight(5)], 0.3, _ROBOT),
     'robot on the spot': _planned(
         [Straight(8), Straight(1, 0), Turn(180, 4, 0), Straight(8)], 0.5, _ROBOT),
+    'out of a parking bay': _planned(
+        [Straight(1.5, 0), Turn(-90, 8, -1.5), Straight(1.5, 0), Straight(5)], 4.0),
     'motorway, 25 m/s': _planned([Straight(4), Turn(20, 6), Straight(2)], 25.0),
     'motorway, 35 m/s': _planned([Straight(4), Turn(20, 6), Straight(2)], 35.0),
     'stop and go': _planned([

@@ -23,6 +23,7 @@ from phase_traj_ros.synthetic import (
     poses_from_kitti,
     render_drive,
     Straight,
+    Turn,
 )
 from phase_traj_ros.synthetic.degradations import encoded, sensor_noise
 from phase_traj_ros.tasks.evaluation.scores import distance_error
@@ -106,8 +107,27 @@ def test_reversing_goes_back():
         estimator.update(sensor_noise(frames[index], sigma=1.0, seed=place), place * 3 * S // 10)
         for place, index in enumerate(order)]
     back = [update.travel for update in updates[-10:]]
-    assert sum(travel.distance for travel in back) == pytest.approx(-steps[1:11].sum(), rel=0.15)
+    assert sum(travel.distance for travel in back) == pytest.approx(-steps[1:11].sum(), rel=0.04)
     assert updates[-1].tip.x < updates[20].tip.x - 5.0
+
+
+def test_an_unknown_camera_leaves_a_parking_bay_backwards():
+    camera = Camera.with_field_of_view(480, 270, 85.0)
+    drive = plan_drive(
+        '', [Straight(1.5, 0.0), Turn(-90.0, 8.0, -1.5), Straight(1.5, 0.0), Straight(4.0)],
+        rate_hz=10.0, camera=camera, speed=4.0, seed=17)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        code_source=CodeSource.AUTO, camera_height=camera.above_ground))
+    updates = [estimator.update(frame, stamp)
+               for frame, stamp in zip(render_drive(drive), drive.stamps_ns.tolist())][1:]
+    learned = estimator.heading.camera.learned
+    assert learned is not None and learned.focal_px == pytest.approx(camera.focal, rel=0.05)
+    assert np.degrees(updates[-1].heading.heading) == pytest.approx(-90.0, abs=4.0)
+    driven = [update.travel.distance for update in updates]
+    steps = np.hypot(*np.diff(drive.poses[:, :2], axis=0).T)
+    # The first half of it is measured with a guess of the lens.
+    assert sum(driven[:100]) == pytest.approx(-steps[:100].sum(), rel=0.15)
+    assert sum(driven[110:]) == pytest.approx(steps[110:].sum(), rel=0.05)
 
 
 def test_frames_are_left_out_while_the_road_is_measured_and_stays_in_view():

@@ -61,7 +61,7 @@ class Road:
 def motion(yaw=0.0, pitch=0.0, *, slope=0.0, passing=0.05):
     return CameraMotion(
         yaw, pitch, 0.0, FocusOfExpansion(slope=slope, slope_variance=0.004 ** 2), 100.0, 1.0,
-        1e-8, passing, near=passing)
+        1e-8, abs(passing), near=passing)
 
 
 def drive(camera, step, *, pitch=0.0, told=None, frames=12, spoil=None, **kwargs):
@@ -77,5 +77,5 @@ def drive(camera, step, *, pitch=0.0, told=None, frames=12, spoil=None, **kwargs
             meter.start(frame)
             continue
         travels.append(meter.update(
-            frame, 0.1, motion(slope=-math.tan(pitch), passing=max(0.1 * step, 0.0))))
+            frame, 0.1, motion(slope=-math.tan(pitch), passing=0.1 * step)))
     return travels

@@ -67,7 +67,8 @@ class TurnTracks:
         order = np.lexsort((frame, self.point))
         return replace(
             self, point=self.point[order], frame=frame[order], position=self.position[order],
-            flow=(self.flow - self.flow[-1])[::-1], seconds=(self.seconds[-1] - self.seconds)[::-1])
+            flow=(self.flow - self.flow[-1])[::-1],
+            seconds=(self.seconds[-1] - self.seconds)[::-1])
 
 
 class TurnTracker:

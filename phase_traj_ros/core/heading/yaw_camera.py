@@ -202,12 +202,12 @@ class YawCamera:
         if self._learning is not None:
             self._newest_frame = frame
             # Not the shift of the whole image: in a gentle bend, parallax may exceed the yaw.
-            yaw = None if measurement is None or measurement.is_traffic else measurement.yaw
-            near = 0.0 if yaw is None or measurement.motion is None else measurement.motion.near
+            seen = None if measurement is None or measurement.is_traffic else measurement
+            yaw = None if seen is None else seen.yaw
             self._learned |= self._learning.update(
                 upright(frame, rotate_180=self.rotate_180),
                 0.0 if yaw is None else self._focal[0] * limited_tan(yaw), interval,
-                reverses=near < 0.0 if near else None)
+                reverses=None if seen is None else seen.reverses)
         return measurement
 
     def learn(self, stamp_ns: int) -> float | None:

@@ -40,7 +40,7 @@ class PatchCorrelator:
         self._map, self._cross = aligned_zeros(padded), CrossPhase(padded)
         self.max_cells = int(TUNING.longest_slide * rows)
         """Largest slide in cells."""
-        self._reverse_cells = rows - self.max_cells
+        self._reverse_cells = rows // 4
         # The map is cyclic.
         self._search_region = np.ix_(
             np.arange(-self._reverse_cells - reach, self.max_cells + 2 + reach) % height,

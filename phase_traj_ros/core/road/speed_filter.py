@@ -67,16 +67,16 @@ class SpeedFilter:
     def bounds(self, deviation: float) -> tuple[float, float]:
         """Return the search limits of a speed that is measured with this standard deviation."""
         if self.lost:
-            return -TUNING.max_reverse_speed, TUNING.max_speed
+            return -TUNING.max_speed, TUNING.max_speed
         gate = TUNING.gate * math.hypot(self.observed_deviation, deviation)
-        return (max(self.speed - gate, -TUNING.max_reverse_speed),
+        return (max(self.speed - gate, -TUNING.max_speed),
                 min(self.speed + gate, TUNING.max_speed))
 
     def add(self, speed: float, variance: float) -> None:
         """Add a measured speed."""
         if not self.known:
             # With a short interval, the noise of a peak may be a speed beyond all bounds.
-            self.speed = min(max(speed, -TUNING.max_reverse_speed), TUNING.max_speed)
+            self.speed = min(max(speed, -TUNING.max_speed), TUNING.max_speed)
             self.deviation = math.hypot(math.sqrt(variance), self._interval_error * self.speed)
             self.known = True
             self._unconfirmed = 0.0

@@ -146,9 +146,7 @@ class RoadTuning:
     """Search range of the speed, in standard deviations: three times the acceleration is the limit
     of tyres."""
     max_speed: float = 45.0
-    """Largest speeds in camera heights per second, forward, and..."""
-    max_reverse_speed: float = 10.0
-    """...in reverse."""
+    """Largest speed in camera heights per second, forward and in reverse."""
     unknown_speed_deviation: float = 10.0
     """Standard deviation of an unknown speed."""
     lens_change_error: float = 0.3

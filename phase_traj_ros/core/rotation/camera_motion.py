@@ -20,8 +20,8 @@ This is the differential form of the epipolar constraint (Longuet-Higgins and Pr
 interpretation of a moving retinal image", 1980).
 
 Three constraints are added. The camera moves past all points in one direction: q >= 0, or q <= 0
-in reverse. q is bounded, so both u and w count for a point in the direction of travel, which hardly
-moves at any distance. The direction of travel of a vehicle is close to straight ahead.
+in reverse. q is bounded, so both u and w count for a point in the direction of travel, which
+hardly moves at any distance. The direction of travel of a vehicle is close to straight ahead.
 """
 
 from dataclasses import dataclass

@@ -74,6 +74,12 @@ class YawMeasurement:
         return self.share * (own + self.common ** 2)
 
     @property
+    def reverses(self) -> bool | None:
+        """Return whether the vehicle moves backwards; None if the blocks do not show it."""
+        near = 0.0 if self.motion is None else self.motion.near
+        return near < 0.0 if near else None
+
+    @property
     def certain(self) -> bool:
         """Return whether most of the blocks agree on the yaw."""
         return self.refined and self.agreement >= TUNING.doubted_share

@@ -101,10 +101,16 @@ class Mount:
         if abs(self.roll_deg) > 90.0 and not given.rotate_180:
             yield (f'/tf_static: {self.camera_frame} is mounted upside down: set rotate_180,'
                    ' unless the driver turns the images')
-        if abs(self.yaw_deg) > _MOST_ASIDE_DEG and given.settings.measures_heading:
-            side = 'left' if self.yaw_deg > 0.0 else 'right'
-            yield (f'/tf_static: {self.camera_frame} looks {abs(self.yaw_deg):.0f} degrees to the'
-                   f' {side}: headings are right up to about {_MOST_ASIDE_DEG:g} degrees')
+        aside = abs(self.yaw_deg)
+        if not given.settings.measures_heading or aside <= _MOST_ASIDE_DEG:
+            return
+        if aside >= 180.0 - _MOST_ASIDE_DEG:
+            yield (f'/tf_static: {self.camera_frame} looks to the rear: headings are right, but'
+                   ' distances are negative')
+            return
+        side = 'left' if self.yaw_deg > 0.0 else 'right'
+        yield (f'/tf_static: {self.camera_frame} looks {aside:.0f} degrees to the'
+               f' {side}: headings are right up to about {_MOST_ASIDE_DEG:g} degrees')
 
 
 @dataclass(frozen=True, slots=True)

@@ -106,7 +106,12 @@ def _pose(types: _Types, pose: Pose, height: float) -> Any:
 
 
 def _speeds(drive: Drive) -> list[float]:
-    """Return the speed from each frame to the next in m/s; the last speed is repeated."""
-    steps = np.diff(drive.poses[:, :2], axis=0)
-    speeds = np.hypot(steps[:, 0], steps[:, 1]) / np.diff(drive.stamps_ns) * 1e9
+    """
+    Return the speed from each frame to the next in m/s, negative in reverse.
+
+    The last one is repeated.
+    """
+    steps, yaw = np.diff(drive.poses[:, :2], axis=0), drive.poses[:-1, 2]
+    ahead = steps[:, 0] * np.cos(yaw) + steps[:, 1] * np.sin(yaw)
+    speeds = np.copysign(np.hypot(*steps.T), ahead) / np.diff(drive.stamps_ns) * 1e9
     return [*speeds.tolist(), *speeds[-1:].tolist()] or [0.0]

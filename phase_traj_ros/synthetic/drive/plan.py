@@ -24,7 +24,11 @@ _STEP = 0.002
 
 @dataclass(frozen=True, slots=True)
 class Straight:
-    """Straight ahead for ``seconds``; ``speed`` in m/s, None for the drive's, 0 for a stop."""
+    """
+    Straight ahead for ``seconds``.
+
+    ``speed`` is in m/s, negative in reverse, 0 for a stop; None for that of the drive.
+    """
 
     seconds: float
     speed: float | None = None
@@ -63,8 +67,8 @@ def check(plan: Plan, speed: float) -> None:
             raise ParameterError(
                 f'{segment}: a segment needs a positive duration and a finite angle')
         wanted = speed if segment.speed is None else segment.speed
-        if not (math.isfinite(wanted) and wanted >= 0):
-            raise ParameterError(f'the speed is {wanted} m/s: give a finite number, 0 or more')
+        if not math.isfinite(wanted):
+            raise ParameterError(f'the speed is {wanted} m/s: give a finite number')
 
 
 def _turned(progress: Floats) -> Floats:

@@ -34,11 +34,11 @@ def drive_of(camera, *, angle_deg=75.0, pitch_deg=0.0, seconds=3.0):
     return frames, [0.0, *(camera.focal * np.diff(poses[:, 2])).tolist()]
 
 
-def learned(frames, shifts, mask=None):
+def learned(frames, shifts, mask=None, *, reverses=None):
     calibration = SelfCalibration()
     calibration.use_mask(mask)
     for (index, (frame, shift)) in enumerate(zip(frames, shifts)):
-        calibration.update(frame, shift, 1 / RATE if index else 0.0)
+        calibration.update(frame, shift, 1 / RATE if index else 0.0, reverses=reverses)
     calibration.finish()
     return calibration
 
@@ -60,6 +60,18 @@ def test_one_turn_tells_the_focal_length_at_any_speed(angle_deg, seconds):
     assert high / low < 1.2 ** 2
     assert found.straightness == pytest.approx(1.0, abs=0.15)
     assert found.turns >= 1
+
+
+@pytest.mark.parametrize('camera', [PINHOLE, FISHEYE])
+@pytest.mark.parametrize('angle_deg', [75.0, -75.0])
+def test_a_turn_in_reverse_tells_the_camera(camera, angle_deg):
+    frames, shifts = drive_of(camera, angle_deg=angle_deg, pitch_deg=5.0)
+    found = learned(
+        frames[::-1], [0.0, *(-shift for shift in shifts[:0:-1])], reverses=True).estimate
+    assert found.turns >= 1
+    assert found.focal_px == pytest.approx(camera.focal, rel=0.1)
+    assert found.straightness == pytest.approx(1.0 if camera is PINHOLE else 0.0, abs=0.15)
+    assert found.pitch_deg == pytest.approx(5.0, abs=1.5)
 
 
 def test_a_bend_of_a_motorway_tells_nothing():

@@ -24,7 +24,7 @@ from turning_camera import follow, TENTH, turning
 def test_a_camera_is_learned_from_upright_frames(upside_down):
     frame = np.random.default_rng(0).integers(0, 255, (90, 160)).astype(np.uint8)
     seen, learning = [], SelfCalibration()
-    learning.update = lambda frame, shift_px, interval: bool(seen.append(frame))
+    learning.update = lambda frame, shift_px, interval, *, reverses: bool(seen.append(frame))
     compass = VisualCompass(YawCamera(
         Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, learning=learning))
     compass.camera.measure(frame[::-1, ::-1].copy() if upside_down else frame, 0.1)
@@ -69,7 +69,7 @@ class _Told(SelfCalibration):
 
     estimate = property(lambda self: self._estimate)
 
-    def update(self, frame, shift_px, interval):
+    def update(self, frame, shift_px, interval, *, reverses=None):
         self.frames += 1
         return self.frames == 2
 
@@ -157,7 +157,7 @@ class _Column(SelfCalibration):
 
     lens = property(lambda self: Lens(focal_px=300.0, offset=0.02))
 
-    def update(self, frame, shift_px, interval):
+    def update(self, frame, shift_px, interval, *, reverses=None):
         return True
 
 
@@ -182,7 +182,7 @@ class Learner(SelfCalibration):
         super().__init__()
         self.shifts = []
 
-    def update(self, frame, shift_px, interval):
+    def update(self, frame, shift_px, interval, *, reverses=None):
         self.shifts.append(shift_px)
         return False
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 import math
 
+import cv2
 import numpy as np
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
@@ -134,9 +135,24 @@ def test_a_vehicle_that_creeps_off_loses_nothing_of_its_way():
     assert sum(travel.distance for travel in travels) == pytest.approx(places[-1], abs=CELL)
 
 
-def test_reverse_is_told():
-    travels = drive(PINHOLE, -0.15, told=0.0)
-    assert sum(travel.distance for travel in travels) == pytest.approx(-0.15 * 11, rel=0.05)
+@pytest.mark.parametrize('step', [-0.15, -0.8])
+@pytest.mark.parametrize('told', [0.0, None])
+def test_reverse_is_as_exact_as_forward(step, told):
+    travels = drive(PINHOLE, step, told=told, frames=16)
+    assert {travel.state for travel in travels[1:]} == {TravelState.MEASURED}
+    assert sum(travel.distance for travel in travels) == pytest.approx(step * 15, rel=0.02)
+
+
+def test_what_slides_ahead_is_no_road_in_reverse():
+    """A reflection slides towards the vehicle, and is stronger than the road."""
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)
+    meter.start(road.seen(0.0))
+    travels = [
+        meter.update(
+            cv2.addWeighted(road.seen(-0.3 * number), 0.45, road.seen(0.4 * number + 40), 0.55, 0),
+            0.1, motion(passing=-0.03))
+        for number in range(1, 15)]
+    assert sum(travel.distance for travel in travels[2:]) == pytest.approx(-0.3 * 12, rel=0.05)
 
 
 def test_a_road_that_is_not_seen_is_bridged_ever_less_surely():

@@ -45,15 +45,15 @@ class World:
         w = seen[1] / np.hypot(seen[0], seen[2]) - self.slopes
         return u, w
 
-    def fit(self, **motion):
+    def fit(self, *, reverses=True, **motion):
         u, w = self.displacements(**motion)
         fit = MotionFit(self.azimuths, self.slopes, deviation=DEVIATION)
-        return fit(u, w, np.ones_like(u), FocusOfExpansion())
+        return fit(u, w, np.ones_like(u), FocusOfExpansion(), reverses=reverses)
 
 
 @settings(max_examples=60, deadline=None)
 @given(st.floats(-0.08, 0.08), st.floats(-0.01, 0.01), st.floats(-0.01, 0.01),
-       st.floats(0.0, 1.2), st.floats(-0.06, 0.06))
+       st.floats(-1.2, 1.2), st.floats(-0.06, 0.06))
 def test_finds_the_yaw_whatever_the_distances(yaw, pitch, roll, step, course):
     motion = World().fit(yaw=yaw, pitch=pitch, roll=roll, step=step, course=course)
     assert motion.yaw == pytest.approx(yaw, abs=0.03 * abs(yaw) + 3e-4)
@@ -67,6 +67,20 @@ def test_left_is_positive_and_the_rest_is_right_too():
     # Half-way between the frames, half of the yaw is done.
     assert motion.travel.course == pytest.approx(0.04 + 0.05 / 2, abs=0.005)
     assert motion.agreement > 0.9
+
+
+@pytest.mark.parametrize('step', [0.3, 1.0])
+def test_in_reverse_all_is_the_same_but_the_sign_of_what_passes(step):
+    turn = {'yaw': 0.02, 'pitch': 0.006, 'roll': -0.004, 'course': 0.04}
+    forward, back = World().fit(step=step, **turn), World().fit(step=-step, **turn)
+    for found in (forward, back):
+        assert found.yaw == pytest.approx(0.02, abs=5e-4)
+        assert found.travel.course == pytest.approx(0.04 + 0.02 / 2, abs=0.01)
+        assert found.agreement > 0.9
+    assert back.passing == pytest.approx(forward.passing, rel=0.1)
+    assert back.near == pytest.approx(-forward.near, rel=0.1)
+    refused = World().fit(step=-step, reverses=False, **turn)
+    assert refused.near >= 0.0 and refused.agreement < 0.5
 
 
 @pytest.mark.parametrize(('pitch', 'roll'), [(0.02, 0.0), (-0.02, 0.0), (0.0, 0.02)])

@@ -132,14 +132,25 @@ def test_blocks_that_follow_drops_on_the_windscreen_do_not_hold_it(seed):
     assert len(turns) < 2
 
 
-def test_a_shift_beside_the_blocks_is_no_turn_in_reverse(kitti_root):
+def test_a_real_road_driven_in_reverse(kitti_root):
     frames = grey_pictures(kitti_root / '06')[::-1]
     truth = np.degrees(poses_from_kitti(np.loadtxt(kitti_root / '06' / 'poses.txt'))[::-1, 2])
     stamps = [100_000_000 * number for number in range(len(frames))]
-    headings, tracker, *_ = follow(frames, stamps, 707.1, speed=5.0)
-    # No blocks agree. It was 16 degrees.
-    assert np.abs(headings - (truth - truth[0])).max() < 5.0
-    assert tracker.bridged == 0
+    for speed in (None, 5.0):
+        headings, tracker, *_ = follow(frames, stamps, 707.1, speed=speed)
+        # As forward. Where all must pass from front to rear, no blocks agree: 16 degrees.
+        assert np.abs(headings - (truth - truth[0])).max() < 1.0
+        assert tracker.bridged == 0
+
+
+def test_what_recedes_from_a_standing_vehicle_is_not_reverse():
+    _, frames = rendered()
+    for speed, reverses in ((0.0, False), (None, True)):
+        meter = YawMeter(cylinder(frames[0].shape, CAMERA.focal))
+        found = [meter.update(frame, 0.1, speed=speed) for frame in frames[40:10:-1]]
+        told = {each.reverses for each in found[1:]}
+        assert (True in told) == reverses and False not in told - {False} - {None, True}
+        assert all(each.certain for each in found[1:]) == reverses
 
 
 def test_a_mask_takes_out_what_it_covers():

@@ -95,6 +95,8 @@ def test_what_a_camera_cannot_be_used_for_is_said():
     assert 'set rotate_180' in upside_down
     right, = doubts((0.0, 0.0, -30.0))
     assert 'looks 30 degrees to the right' in right
+    (rear,), (aside,) = doubts((0.0, 0.0, -172.0)), doubts((0.0, 0.0, 150.0))
+    assert 'looks to the rear' in rear and 'looks 150 degrees to the left' in aside
     # The shift of an upside-down picture is reversed; the paper's rule knows no direction.
     assert doubts((178.0, 0.0, -30.0), threshold=4.0) == (upside_down,)
 

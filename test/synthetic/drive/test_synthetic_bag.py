@@ -91,6 +91,13 @@ def test_the_speed_leads_from_frame_to_frame(drive, bag):
     assert speeds[-1] == speeds[-2]
 
 
+def test_the_speed_is_negative_in_reverse(tmp_path):
+    drive = plan_drive('back', [Straight(1.0, 0.0), Turn(30.0, 2.0, -1.5)], camera=SMALL)
+    write_drive_bag(drive, tmp_path / 'back')
+    speeds = [message.twist.linear.x for (_, message) in messages(tmp_path / 'back')['/speed']]
+    assert speeds[4] == 0.0 and speeds[-1] == pytest.approx(-1.5, abs=0.01)
+
+
 def test_the_bag_is_mcap_named_after_its_directory(bag):
     assert sorted(path.name for path in bag.iterdir()) == ['metadata.yaml', 'short.mcap']
     # No temporary files are left beside it.

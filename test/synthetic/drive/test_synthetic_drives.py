@@ -87,6 +87,16 @@ def test_a_vehicle_brakes_and_stops():
     assert np.abs(np.diff(speed)).max() <= 0.81
 
 
+def test_a_vehicle_reverses_and_turns_about():
+    plan = [Straight(2.0, speed=0.0), Turn(90.0, 6.0, speed=-2.0), Straight(2.0, speed=0.0),
+            Straight(3.0)]
+    x, y, yaw = drive_plan(plan, np.arange(0, 13.01, 0.1), speed=3.0).T
+    assert np.degrees(yaw[[20, 80, -1]]) == pytest.approx([0.0, 90.0, 90.0])
+    # Backwards, it first moves against its heading, and turns its tail to the right.
+    assert x[80] < -4.0 and y[80] < -4.0
+    assert np.abs(np.diff(x[81:])).max() < 1e-9 and y[-1] - y[100] == pytest.approx(7.5, abs=0.1)
+
+
 def test_a_drive_at_another_rate_takes_as_long():
     drive = plan_drive('d', [Straight(1.0), Turn(90), Straight(1.0)], rate_hz=20.0)
     assert len(drive) == 101
@@ -101,7 +111,7 @@ def test_stamps_do_not_drift():
 
 @pytest.mark.parametrize('plan', [
     [], [Straight(0.0)], [Straight(float('nan'))], [Turn(float('inf'))],
-    [Straight(1.0, speed=-1.0)]])
+    [Straight(1.0, speed=float('inf'))]])
 def test_a_plan_that_cannot_be_driven_is_refused(plan):
     with pytest.raises(ParameterError):
         plan_drive('d', plan)
