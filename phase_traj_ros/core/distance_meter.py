@@ -22,7 +22,7 @@ class DistanceMeter:
         """Given speeds of the vehicle."""
         self._height = CameraHeight(settings.camera_height, settings.camera_height_deviation)
         self.heights_per_second: float | None = None
-        """Newest speed in heights of the camera per second, 0 or more; None if it is unknown."""
+        """Newest speed in camera heights per second, negative in reverse; None if unknown."""
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Continue with other settings; speeds and height are kept."""
@@ -47,12 +47,12 @@ class DistanceMeter:
         if on_road is not None and not on_road.known and not status.judged:
             on_road = replace(on_road, distance=0.0)
         self.heights_per_second = (
-            abs(on_road.distance) / interval if on_road is not None and on_road.known else None)
+            on_road.distance / interval if on_road is not None and on_road.known else None)
         if not self._settings.metric:
             return on_road
         given = self._given_distance(status, stamp_ns, interval_ns)
         if given is not None:
-            self.heights_per_second = abs(given) / (
+            self.heights_per_second = given / (
                 interval * (self._height.metres or TUNING.usual_height))
             if (given > 0.0 and on_road is not None and on_road.state is TravelState.MEASURED
                     and on_road.distance > TUNING.min_calibration_speed * interval):

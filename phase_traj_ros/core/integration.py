@@ -201,7 +201,8 @@ class Integration:
             return None
         speed = self.distance_meter.heights_per_second
         update = self.heading.add(
-            verdict.yaw, stamp_ns, interval, distance=None if speed is None else speed * interval,
+            verdict.yaw, stamp_ns, interval,
+            distance=None if speed is None else abs(speed) * interval,
             frames=self.frames - self._measured_frame)
         self.turns.extend(update.turns)
         self._has_turns |= bool(update.quarters or update.turns)

@@ -73,7 +73,7 @@ class KnownMotion:
     """The motion before a pair, as far as it is known."""
 
     speed: float | None = None
-    """Speed in camera heights per second, 0 or more; None if it is unknown."""
+    """Speed in camera heights per second, negative in reverse; None if it is unknown."""
     yaw_rate: float = 0.0
     """Yaw rate in radians per second, positive to the left."""
 

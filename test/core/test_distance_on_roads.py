@@ -123,6 +123,7 @@ def test_an_unknown_camera_leaves_a_parking_bay_backwards():
     learned = estimator.heading.camera.learned
     assert learned is not None and learned.focal_px == pytest.approx(camera.focal, rel=0.05)
     assert np.degrees(updates[-1].heading.heading) == pytest.approx(-90.0, abs=4.0)
+    assert [turn.quarter_turns for turn in estimator.turns] == [-1]
     driven = [update.travel.distance for update in updates]
     steps = np.hypot(*np.diff(drive.poses[:, :2], axis=0).T)
     # The first half of it is measured with a guess of the lens.
@@ -144,6 +145,7 @@ def test_frames_are_left_out_while_the_road_is_measured_and_stays_in_view():
     assert [add(frame) for frame in frames[1:5]][-1] is TravelState.MEASURED
     # A fifth of the length of the patches, in heights of the camera.
     assert road.reaches(camera, 0.9) and not road.reaches(camera, 1.1)
+    assert road.reaches(camera, -0.9) and not road.reaches(camera, -1.1)
     # The speed is in doubt after half a second without a measurement.
     grey = np.full_like(frames[5], 128)
     assert add(grey) is TravelState.BRIDGED and road.reaches(camera, 0.1)

@@ -113,7 +113,7 @@ class FixedGuard:
     def _slides(self, yaw: YawMeasurement, speed: float | None) -> bool:
         """Return whether the road slides by at this speed, and most blocks agree on one motion."""
         # On an open road and above a long bonnet, few blocks move.
-        return (self._areas.sufficient and (speed or 0.0) > TUNING.min_speed
+        return (self._areas.sufficient and abs(speed or 0.0) > TUNING.min_speed
                 and yaw.agreement >= TUNING.sliding_agreement)
 
     @property

@@ -122,8 +122,10 @@ class RoadMeter:
         if motion is not None:
             nod = self._nod(motion, interval)
             self.tilt.nod(nod, TUNING.block_pitch_deviation)
-            driven = abs(self.speed_filter.speed) * max(motion.age, interval)
             speeds = self.speed_filter
+            driven = speeds.speed * max(motion.age, interval)
+            if motion.near < 0.0:
+                driven = -driven
             # At rest, the blocks do not show the direction of travel: it equals its prior.
             moves = max(motion.passing, abs(motion.near)) > TUNING.passing
             if moves and (not speeds.known or speeds.doubtful or driven > TUNING.min_slide):
@@ -265,7 +267,8 @@ class RoadMeter:
         for matcher in self._matchers or ():
             least, most = (
                 self._key.distance + speed * interval
-                for speed in speeds.bounds(matcher.deviation(self._key) / interval))
+                for speed in speeds.bounds(
+                    matcher.deviation(self._key) / interval, reverses=self._key.min_slide < 0.0))
             found.append(matcher.find(
                 least, most, self._key, scale=self._slide_scale(matcher.depth, self._key.nod)))
         return found
@@ -302,7 +305,8 @@ class RoadMeter:
             return None
         best = max(found, key=lambda each: each.score)
         agreeing = self._agreeing(found, best)
-        if len(agreeing) == 2 and abs(best.distance) > TUNING.min_slide:
+        if len(agreeing) == 2 and (
+                math.copysign(1.0, key.passing) * best.distance > TUNING.min_slide):
             self._compare(*agreeing)
             agreeing = [replace(
                 each, distance=each.raw / self._slide_scale(each.depth, key.nod))

@@ -158,9 +158,9 @@ class PatchMatcher:
         if not key.moves or self._may_turn_on_the_spot(key):
             # The vehicle may stand, whatever its last speed was.
             return self._correlator.peak(least, most) or self._correlator.peak(below, above)
-        places, slid = [], key.min_slide / CELL
-        if slid >= 0.0:
-            places.append((max(least, above, slid), most))
+        # Traffic that overtakes recedes, so a slide that is in the range of the speed counts, too.
+        slid = key.min_slide / CELL
+        places = [(max(least, above, slid), most)]
         if not key.passes or slid < 0.0 or most <= 0.0:
             places.append((least, min(most, below, slid)))
         peaks = filter(None, [self._correlator.peak(*place) for place in places])

@@ -57,7 +57,7 @@ class RoadCamera:
         """Return whether the road can still be compared after this distance in camera heights."""
         return self._newest is None or (
             not self._follow(camera, self._newest).needs_every_frame
-            and distance <= TUNING.max_foreseen_slide)
+            and abs(distance) <= TUNING.max_foreseen_slide)
 
     def _follow(self, camera: YawCamera, frame: Frame) -> RoadMeter:
         """Return the meter for the current lens and mask."""

@@ -64,10 +64,15 @@ class SpeedFilter:
         """Return whether the speed was not measured for about half a second."""
         return self.deviation >= TUNING.doubtful_deviation
 
-    def bounds(self, deviation: float) -> tuple[float, float]:
-        """Return the search limits of a speed that is measured with this standard deviation."""
+    def bounds(self, deviation: float, *, reverses: bool = False) -> tuple[float, float]:
+        """
+        Return the search limits of a speed that is measured with this standard deviation.
+
+        ``reverses`` is whether the blocks show that the vehicle moves backwards.
+        """
         if self.lost:
-            return -TUNING.max_speed, TUNING.max_speed
+            return (-TUNING.max_speed, 0.0) if reverses else (
+                -TUNING.max_unseen_reverse_speed, TUNING.max_speed)
         gate = TUNING.gate * math.hypot(self.observed_deviation, deviation)
         return (max(self.speed - gate, -TUNING.max_speed),
                 min(self.speed + gate, TUNING.max_speed))

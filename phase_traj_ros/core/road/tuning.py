@@ -146,7 +146,9 @@ class RoadTuning:
     """Search range of the speed, in standard deviations: three times the acceleration is the limit
     of tyres."""
     max_speed: float = 45.0
-    """Largest speed in camera heights per second, forward and in reverse."""
+    """Largest speed in camera heights per second, forward and in reverse, ..."""
+    max_unseen_reverse_speed: float = 3.0
+    """...and an unknown one in reverse, if the blocks do not show it."""
     unknown_speed_deviation: float = 10.0
     """Standard deviation of an unknown speed."""
     lens_change_error: float = 0.3

@@ -35,6 +35,8 @@ from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.rotation.tuning import TUNING
 
 _YAW, _PITCH, _ROLL, _B, _C, _ERROR = range(6)
+# The row of the weights of the points.
+_WEIGHT = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,10 +132,12 @@ class MotionFit:
     def _in_reverse(
         self, points: Numbers, travel: FocusOfExpansion, yaw: float, forwards: '_Equations | None',
     ) -> '_Equations | None':
-        """Return the solution in reverse, if clearly more blocks agree with it."""
+        """Return the solution in reverse, if more blocks recede in it than agree with another."""
         other = self._solved(points, travel, yaw, sign=-1.0)
-        least = 0.0 if forwards is None else TUNING.reversing_factor * forwards.agreeing
-        return forwards if other is None or other.agreeing < least else other
+        # What rests agrees with both: beside a leader that pulls away, the rest of the scene.
+        least = max(0.0 if forwards is None else forwards.agreeing,
+                    TUNING.min_agreement * float(points[_WEIGHT].sum()))
+        return other if other is not None and other.receding > least else forwards
 
     def _solved(
         self, points: Numbers, travel: FocusOfExpansion, yaw: float, *, sign: float = 1.0,
@@ -250,6 +254,12 @@ class _Equations:
     def agreeing(self) -> float:
         """Return the sum of the weights of the points that agree."""
         return float(self._weight[self.agrees].sum())
+
+    @property
+    def receding(self) -> float:
+        """Return the sum of the weights of the points that agree, and certainly move along."""
+        moves = np.square(self.near) * self.squared > self._variance
+        return float(self._weight[self.agrees & moves].sum())
 
     def _linearise(self, state: Numbers, power: int) -> None:
         terms, along, factor, y = self._terms, self._along, self._factor, self._y

@@ -84,9 +84,6 @@ class YawTuning:
     restart_share: float = 0.8
     """Unless this share of the blocks agrees, the fit starts again from those ahead: traffic
     beside a fast vehicle moves as the distance would in a turn."""
-    reversing_factor: float = 1.5
-    """Then the vehicle reverses if so many times as many blocks agree with that. With 1.1, drops
-    on the windscreen look like it."""
     ahead_size: tuple[float, float] = 0.12, 0.06
     """Half the width and height of what is ahead, around the direction of travel."""
     min_blocks: float = 10.0

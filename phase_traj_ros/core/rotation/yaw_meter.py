@@ -139,7 +139,7 @@ class YawMeter:
         self._scanline: Scanline | None = None
         self._passing = 0.0
         self._traffic.reset()
-        self._stood = False
+        self._stood, self._may_reverse = False, True
         self.mounting = self.mounting.without_azimuth()
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
@@ -188,7 +188,8 @@ class YawMeter:
 
         ``interval`` is the time since the previous frame in seconds, above 0; it is not used for
         the first frame. ``speed`` is that before the pair in camera heights per second, None if it
-        is unknown: at rest, traffic is recognised, and when driving, drops on the windscreen.
+        is unknown, negative in reverse: at rest, traffic is recognised, and when driving, drops on
+        the windscreen. The blocks may show reverse only if a known speed is negative.
 
         Raises
         ------
@@ -213,9 +214,10 @@ class YawMeter:
         key.age += interval
         self.roll.predict(interval)
         self._stood = speed == 0.0
+        self._may_reverse = speed is None or speed < 0.0
         match = self._match_keyframe(key, previous, current, shift, interval)
         scene = None
-        if match is not None and (speed or 0.0) > 0.0 and _may_show_drops(match.motion):
+        if match is not None and speed and _may_show_drops(match.motion):
             scene = self._shift_beside(match, shift)
         if scene is not None or match is None or not match.motion.holds(TUNING.confirmed_share):
             self._key = self._matcher.keyframe(current, key.travel)
@@ -271,8 +273,7 @@ class YawMeter:
         foreseen = self._foreseen(interval)
         shaking = min(max(shift.dy, -TUNING.max_shake_px), TUNING.max_shake_px)
         travel = key.predict_travel(self._rate, self.mounting)
-        # Traffic in front of a standing vehicle may recede.
-        match = partial(self._matcher.match, key, current, travel, reverses=not self._stood)
+        match = partial(self._matcher.match, key, current, travel, reverses=self._may_reverse)
         best = match((shift.dx, shaking))
         if (best is None or not best.motion.certain
                 or abs(shift.dx - foreseen) > TUNING.shift_gate_px):

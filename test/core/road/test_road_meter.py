@@ -143,6 +143,31 @@ def test_reverse_is_as_exact_as_forward(step, told):
     assert sum(travel.distance for travel in travels) == pytest.approx(step * 15, rel=0.02)
 
 
+def test_overtaking_traffic_does_not_turn_a_road_that_slides_ahead():
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)
+    meter.start(road.seen(0.0))
+    # First the vehicle passes the scene, then the traffic beside it the vehicle.
+    travels = [
+        meter.update(
+            road.seen(0.3 * number), 0.1, motion(passing=0.03 if number < 8 else -0.03))
+        for number in range(1, 40)]
+    assert {travel.state for travel in travels[2:]} == {TravelState.MEASURED}
+    assert sum(travel.distance for travel in travels) == pytest.approx(0.3 * 39, rel=0.02)
+
+
+@pytest.mark.parametrize('passing', [0.03, -0.03])
+def test_slides_tell_the_pitch_only_in_the_direction_of_the_blocks(passing):
+    """Else it is the rear of a leader that pulls away."""
+    road = Road(PINHOLE, 0.02)
+    meter = RoadMeter(PINHOLE, Horizon(pitch_deviation=0.01))
+    meter.start(road.seen(0.0))
+    for number in range(1, 20):
+        # The slope of the direction of travel is that of a level camera, and uncertain.
+        blocks = replace(motion(passing=passing), travel=FocusOfExpansion(slope_variance=1.0))
+        meter.update(road.seen(-0.3 * number), 0.1, blocks)
+    assert (meter.tilt.mounting > 0.008) == (passing < 0.0)
+
+
 def test_what_slides_ahead_is_no_road_in_reverse():
     """A reflection slides towards the vehicle, and is stronger than the road."""
     road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)

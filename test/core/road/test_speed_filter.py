@@ -85,8 +85,10 @@ def test_the_bounds_stay_within_what_vehicles_do(speed):
     speed_filter.add(speed, 0.01)
     speed_filter.predict(2.0)
     low, high = speed_filter.bounds(0.0)
-    anything = SpeedFilter().bounds(0.0)
-    assert anything[0] <= low <= speed <= high <= anything[1]
+    # Seen to reverse, any speed back; else a slow one.
+    seen, unseen = (SpeedFilter().bounds(0.0, reverses=reverses) for reverses in (True, False))
+    assert seen[0] <= low <= speed <= high <= unseen[1] == -seen[0]
+    assert seen[1] == 0.0 and unseen[0] == -3.0
     assert max(speed - low, high - speed) == pytest.approx(3.0 * speed_filter.deviation)
 
 

@@ -113,6 +113,29 @@ def test_other_traffic_does_not_matter():
     assert motion.agreement == pytest.approx(0.75, abs=0.05)
 
 
+@pytest.mark.parametrize(('moving', 'reverses'), [(140, True), (72, False)])
+def test_a_leader_that_pulls_away_from_a_scene_at_rest_is_not_reverse(moving, reverses):
+    world = World()
+    u, w = world.displacements(yaw=0.0, step=-1.0)
+    u[moving:], w[moving:] = 0.0, 0.0
+    fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
+    motion = fit(u, w, np.ones_like(u), FocusOfExpansion())
+    # What rests agrees with reverse, too: it may be far away.
+    assert (motion.near < 0.0) == reverses
+
+
+def test_few_blocks_that_recede_are_not_reverse():
+    world = World()
+    u, w = world.displacements(yaw=0.0, step=-1.0)
+    astray = world.rng.uniform(-0.2, 0.2, (2, 120))
+    for many, reverses in ((60, True), (120, False)):
+        across, down = u.copy(), w.copy()
+        across[:many], down[:many] = astray[:, :many]
+        fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
+        motion = fit(across, down, np.ones_like(u), FocusOfExpansion())
+        assert (motion is not None and motion.near < 0.0) == reverses
+
+
 @pytest.mark.parametrize('mirrored', [False, True])
 @pytest.mark.parametrize('seed', range(3))
 def test_traffic_and_roadside_of_a_motorway_are_not_a_turn(seed, mirrored):
