@@ -142,7 +142,8 @@ class RoadMeter:
             *turn, nod=nod, interval=interval, near=None if motion is None else motion.near)
         return self._measure(
             frame, interval, turn, nod=nod,
-            passes=motion is not None and motion.certain and motion.passing > TUNING.driving,
+            passes=(motion is not None and motion.certain and motion.near >= 0.0
+                    and motion.passing > TUNING.driving),
             turns=motion is not None and abs(motion.yaw) > TUNING.driving_yaw_rate * interval)
 
     def _measure(
@@ -190,7 +191,10 @@ class RoadMeter:
         """Return the distance of a pair if the road rests; None if it must be measured."""
         # The first patch is the near one, if that is in view: traffic mostly covers the far one.
         matchers, key, rested = self._matchers or (), self._key, self._rested
-        rests = self.speed_filter.standing and matchers[0].rests()
+        # What recedes may be traffic that drives off.
+        near = matchers[0]
+        rests = (key.min_slide < 0.0 or (self.speed_filter.standing and near.has_moved)) and (
+            near.rests())
         self._rested = rested and rests and not passes
         if not rests:
             return None

@@ -71,11 +71,13 @@ class PatchMatcher:
         self.project(frame)
         self.set_reference(roll)
 
+    @property
+    def has_moved(self) -> bool:
+        """Return whether the road has moved in the patch; else it may show the vehicle itself."""
+        return self._patches >= TUNING.min_patches
+
     def rests(self) -> bool:
         """Return whether the newest patch shows the road in the same place as the reference."""
-        if self._patches < TUNING.min_patches:
-            # A patch that has not moved yet may show the body of the vehicle.
-            return False
         self._correlator.compare(self._upright(self._without_fixed, self._roll))
         return self._correlator.coherence > TUNING.resting_coherence
 
@@ -182,6 +184,4 @@ class PatchMatcher:
 
     @property
     def _without_fixed(self) -> NDArray[np.float32]:
-        if self._patches < TUNING.min_patches:
-            return self._newest[-1]
-        return self._newest[-1] - self._pattern
+        return self._newest[-1] - self._pattern if self.has_moved else self._newest[-1]

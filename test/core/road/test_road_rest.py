@@ -40,7 +40,7 @@ def driven(places):
 
 @pytest.mark.parametrize(('roll', 'moved'), [
     (0.0, replace(motion(passing=0.05), agreement=0.4)), (0.1, motion(yaw=0.05, passing=0.0)),
-    (0.0, motion(yaw=-0.02, pitch=0.01, passing=0.005))])
+    (0.0, motion(yaw=-0.02, pitch=0.01, passing=0.005)), (0.0, motion(passing=-0.05))])
 def test_a_vehicle_stands_while_its_blocks_follow_traffic(roll, moved):
     before = driven([*BRAKING, *STOP])
     traffic = [(BRAKING[-1], moved)] * 40
@@ -97,6 +97,20 @@ def test_nothing_rests_before_the_road_has_moved():
     # It may be the body of the vehicle.
     travels = travels_of([(0.0, motion(yaw=0.02, passing=0.05))] * 20)
     assert not any(travel.rests for travel in travels)
+
+
+def test_a_leader_that_drives_off_at_the_start_of_a_film_is_not_reverse():
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
+    meter.start(road.seen(0.0))
+    travels = []
+    for number in range(1, 30):
+        frame = road.seen(0.0)
+        # Farther than seven heights.
+        frame[:172] = road.seen(-0.2 * max(number - 10, 0))[:172]
+        recedes = -0.04 if number > 12 else 0.0
+        travels.append(meter.update(frame, 0.1, motion(passing=recedes)))
+    assert travels[-1].state is TravelState.STANDING
+    assert abs(sum(travel.distance for travel in travels)) < 0.3
 
 
 def test_a_start_loses_no_more_than_two_cells():
