@@ -61,8 +61,9 @@ class RoadMeter:
         self._measured = Travel(0.0, 0.0, TravelState.UNKNOWN)
         self._key = RoadKeyframe()
         self._profile = SpeedProfile()
-        # Whether the road rested in the newest pair that was compared.
-        self._rested = False
+        # Whether the road rested in the newest pair that was compared, and whether it may have
+        # rested in all since the vehicle stood, or was first seen.
+        self._rested, self._stays = False, True
 
     @property
     def needs_every_frame(self) -> bool:
@@ -80,7 +81,7 @@ class RoadMeter:
         self.tilt.forget_suspension()
         self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
-        self._rested = False
+        self._rested, self._stays = False, True
         self._key_frame, self._key = None, RoadKeyframe()
 
     def start(self, frame: Frame, roll: float | None = None) -> None:
@@ -191,10 +192,11 @@ class RoadMeter:
         """Return the distance of a pair if the road rests; None if it must be measured."""
         # The first patch is the near one, if that is in view: traffic mostly covers the far one.
         matchers, key, rested = self._matchers or (), self._key, self._rested
+        near, standing, recedes = matchers[0], self.speed_filter.standing, key.min_slide < 0.0
+        self._stays |= standing
         # What recedes may be traffic that drives off.
-        near = matchers[0]
-        rests = (key.min_slide < 0.0 or (self.speed_filter.standing and near.has_moved)) and (
-            near.rests())
+        rests = ((standing and near.has_moved) or (recedes and self._stays)) and near.rests()
+        self._stays &= rests or not recedes
         self._rested = rested and rests and not passes
         if not rests:
             return None

@@ -93,6 +93,19 @@ def test_a_load_on_the_near_road_holds_the_vehicle_for_a_moment_only():
     assert sum(travel.distance for travel in moves[6:]) == pytest.approx(9 * 0.3, rel=0.05)
 
 
+def test_a_load_does_not_hold_a_vehicle_that_reverses():
+    """It is laid down, or what was learned of it is forgotten with a new mask."""
+    load = cv2.GaussianBlur(np.random.default_rng(2).normal(size=PINHOLE.shape), (0, 0), 1.5)
+
+    def cover(number, frame):
+        if number >= 20:
+            frame[194:] = 100.0 + 40.0 / load.std() * load[194:]
+
+    travels = travels_of(driven(-0.2 * np.arange(1, 50)), cover=cover)
+    assert not any(travel.rests for travel in travels[1:])
+    assert sum(travel.distance for travel in travels[24:]) == pytest.approx(-0.2 * 25, rel=0.05)
+
+
 def test_nothing_rests_before_the_road_has_moved():
     # It may be the body of the vehicle.
     travels = travels_of([(0.0, motion(yaw=0.02, passing=0.05))] * 20)
