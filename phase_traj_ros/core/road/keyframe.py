@@ -67,6 +67,11 @@ class RoadKeyframe:
         return self.agreed and self.drives
 
     @property
+    def recedes(self) -> bool:
+        """Return whether the blocks agree that the world recedes, as in reverse."""
+        return self.passes and self.passing < 0.0
+
+    @property
     def min_slide(self) -> float:
         """Return the least slide of the road in camera heights, by the blocks, with its sign."""
         return TUNING.min_block_distance * self.passing if self.passes else 0.0

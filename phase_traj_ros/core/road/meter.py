@@ -192,11 +192,11 @@ class RoadMeter:
         """Return the distance of a pair if the road rests; None if it must be measured."""
         # The first patch is the near one, if that is in view: traffic mostly covers the far one.
         matchers, key, rested = self._matchers or (), self._key, self._rested
-        near, standing, recedes = matchers[0], self.speed_filter.standing, key.min_slide < 0.0
+        near, standing = matchers[0], self.speed_filter.standing
         self._stays |= standing
         # What recedes may be traffic that drives off.
-        rests = ((standing and near.has_moved) or (recedes and self._stays)) and near.rests()
-        self._stays &= rests or not recedes
+        rests = ((standing and near.has_moved) or (key.recedes and self._stays)) and near.rests()
+        self._stays &= rests or not key.recedes
         self._rested = rested and rests and not passes
         if not rests:
             return None
@@ -274,7 +274,7 @@ class RoadMeter:
             least, most = (
                 self._key.distance + speed * interval
                 for speed in speeds.bounds(
-                    matcher.deviation(self._key) / interval, reverses=self._key.min_slide < 0.0))
+                    matcher.deviation(self._key) / interval, reverses=self._key.recedes))
             found.append(matcher.find(
                 least, most, self._key, scale=self._slide_scale(matcher.depth, self._key.nod)))
         return found

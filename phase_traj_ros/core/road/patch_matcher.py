@@ -163,7 +163,7 @@ class PatchMatcher:
         # Traffic that overtakes recedes, so a slide that is in the range of the speed counts, too.
         slid = key.min_slide / CELL
         places = [(max(least, above, slid), most)]
-        if not key.passes or slid < 0.0 or most <= 0.0:
+        if not key.passes or key.recedes or most <= 0.0:
             places.append((least, min(most, below, slid)))
         peaks = filter(None, [self._correlator.peak(*place) for place in places])
         peak = max(peaks, key=lambda each: each.score, default=None)

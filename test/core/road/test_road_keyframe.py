@@ -105,7 +105,8 @@ def test_what_the_blocks_show_tells_how_far_the_road_slides_at_least():
     # The nearest blocks are farther away than one height, and hardly ever nearer than two.
     assert 0.1 < drives.min_slide <= 0.2
     reverses = turned(-0.1)
-    assert reverses.moves and reverses.drives and reverses.min_slide == -drives.min_slide
+    assert reverses.moves and reverses.recedes and reverses.min_slide == -drives.min_slide
+    assert drives.passes and not drives.recedes
     # Blocks that do not agree: it moves, and nobody knows how far.
     unknown = turned(None)
     assert unknown.moves and unknown.drives and unknown.min_slide == 0.0
