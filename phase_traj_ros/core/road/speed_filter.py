@@ -70,12 +70,11 @@ class SpeedFilter:
 
         ``reverses`` is whether the blocks show that the vehicle moves backwards.
         """
+        least = -TUNING.max_speed if reverses else -TUNING.max_unseen_reverse_speed
         if self.lost:
-            return (-TUNING.max_speed, 0.0) if reverses else (
-                -TUNING.max_unseen_reverse_speed, TUNING.max_speed)
+            return least, 0.0 if reverses else TUNING.max_speed
         gate = TUNING.gate * math.hypot(self.observed_deviation, deviation)
-        return (max(self.speed - gate, -TUNING.max_speed),
-                min(self.speed + gate, TUNING.max_speed))
+        return max(self.speed - gate, least), min(self.speed + gate, TUNING.max_speed)
 
     def add(self, speed: float, variance: float) -> None:
         """Add a measured speed."""

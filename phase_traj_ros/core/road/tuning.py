@@ -148,7 +148,7 @@ class RoadTuning:
     max_speed: float = 45.0
     """Largest speed in camera heights per second, forward and in reverse, ..."""
     max_unseen_reverse_speed: float = 3.0
-    """...and an unknown one in reverse, if the blocks do not show it."""
+    """...and that in reverse where the blocks do not show it: what recedes may be traffic."""
     unknown_speed_deviation: float = 10.0
     """Standard deviation of an unknown speed."""
     lens_change_error: float = 0.3
