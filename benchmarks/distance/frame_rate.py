@@ -196,10 +196,11 @@ def perturbed(true: np.ndarray, askew: float, scale: float) -> np.ndarray:
     moved = np.diff(true[:, :2], axis=0)
     yaw = np.unwrap(true[:, 2]) - true[0, 2]
     middle = (yaw[1:] + yaw[:-1]) / 2
-    along = np.array([np.cos(true[0, 2] + middle), np.sin(true[0, 2] + middle)]).T
-    way = np.copysign(np.hypot(*moved.T), (moved * along).sum(axis=1))
-    course = np.unwrap(np.arctan2(*(np.sign(way)[:, None] * moved).T[::-1]))
-    off = np.where(way != 0, course - true[0, 2] - middle, 0.0)
+    cosine, sine = np.cos(true[0, 2] + middle), np.sin(true[0, 2] + middle)
+    along = moved[:, 0] * cosine + moved[:, 1] * sine
+    across = moved[:, 1] * cosine - moved[:, 0] * sine
+    way = np.copysign(np.hypot(along, across), along)
+    off = np.arctan2(np.sign(along) * across, np.abs(along))
     ahead = (1.0 + scale) * middle + off - askew
     steps = np.stack([way * np.cos(ahead), way * np.sin(ahead)], axis=1)
     return np.column_stack([

@@ -262,9 +262,9 @@ class RoadMeter:
             if speeds.known and not speeds.doubtful:
                 return None
             speeds.forget()
-            self._key.age = interval
-        distance = self._key.distance + speed * interval
-        deviation = math.hypot(near.deviation(self._key), TUNING.acceleration * interval ** 2)
+            key.age = interval
+        distance = key.distance + speed * interval
+        deviation = math.hypot(near.deviation(key), TUNING.acceleration * interval ** 2)
         return RoadSlide(distance, deviation, score, near.depth, distance, False)
 
     def _slides(self, interval: float, speeds: SpeedFilter) -> list[RoadSlide | None]:

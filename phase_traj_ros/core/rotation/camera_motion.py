@@ -35,8 +35,6 @@ from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.rotation.tuning import TUNING
 
 _YAW, _PITCH, _ROLL, _B, _C, _ERROR = range(6)
-# The row of the weights of the points.
-_WEIGHT = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +114,8 @@ class MotionFit:
         azimuth = (self._azimuths + aside)[used] + u / 2
         y = (self._slopes + down)[used] + w / 2
         points = np.array([u, w, azimuth, y, weight, precise])
-        total = float(weight.sum())
-        best = self._solved(points, travel, quantile(u, 0.5))
+        total, median = float(weight.sum()), quantile(u, 0.5)
+        best = self._solved(points, travel, median)
         if best is None or best.agreeing / total < TUNING.restart_share:
             ahead = (np.abs(azimuth - travel.course) < TUNING.ahead_size[0]) & (
                 np.abs(y - travel.slope) < TUNING.ahead_size[1])
@@ -126,18 +124,18 @@ class MotionFit:
                 if best is None or (other is not None and other.agreeing > best.agreeing):
                     best = other
             if reverses:
-                best = self._in_reverse(points, travel, quantile(u, 0.5), best)
+                least = max(
+                    TUNING.min_agreement * total, 0.0 if best is None else best.agreeing)
+                best = self._in_reverse(points, travel, median, least) or best
         return None if best is None else self._motion(best, total)
 
     def _in_reverse(
-        self, points: Numbers, travel: FocusOfExpansion, yaw: float, forwards: '_Equations | None',
+        self, points: Numbers, travel: FocusOfExpansion, yaw: float, least: float,
     ) -> '_Equations | None':
-        """Return the solution in reverse, if more blocks recede in it than agree with another."""
-        other = self._solved(points, travel, yaw, sign=-1.0)
-        # What rests agrees with both: beside a leader that pulls away, the rest of the scene.
-        least = max(0.0 if forwards is None else forwards.agreeing,
-                    TUNING.min_agreement * float(points[_WEIGHT].sum()))
-        return other if other is not None and other.receding > least else forwards
+        """Return the solution in reverse, if more than the weight ``least`` recedes in it."""
+        solution = self._solved(points, travel, yaw, sign=-1.0)
+        # What rests agrees with forward, too: beside a leader that pulls away, the whole scene.
+        return solution if solution is not None and solution.receding > least else None
 
     def _solved(
         self, points: Numbers, travel: FocusOfExpansion, yaw: float, *, sign: float = 1.0,

@@ -139,7 +139,7 @@ class YawMeter:
         self._scanline: Scanline | None = None
         self._passing = 0.0
         self._traffic.reset()
-        self._stood, self._may_reverse = False, True
+        self._speed: float | None = None
         self.mounting = self.mounting.without_azimuth()
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
@@ -213,8 +213,7 @@ class YawMeter:
             return None
         key.age += interval
         self.roll.predict(interval)
-        self._stood = speed == 0.0
-        self._may_reverse = speed is None or speed < 0.0
+        self._speed = speed
         match = self._match_keyframe(key, previous, current, shift, interval)
         scene = None
         if match is not None and speed and _may_show_drops(match.motion):
@@ -273,7 +272,8 @@ class YawMeter:
         foreseen = self._foreseen(interval)
         shaking = min(max(shift.dy, -TUNING.max_shake_px), TUNING.max_shake_px)
         travel = key.predict_travel(self._rate, self.mounting)
-        match = partial(self._matcher.match, key, current, travel, reverses=self._may_reverse)
+        match = partial(self._matcher.match, key, current, travel,
+                        reverses=self._speed is None or self._speed < 0.0)
         best = match((shift.dx, shaking))
         if (best is None or not best.motion.certain
                 or abs(shift.dx - foreseen) > TUNING.shift_gate_px):
@@ -314,6 +314,10 @@ class YawMeter:
         key.travel = (motion.travel if motion.certain
                       else motion.travel.limited(self._rate, self.mounting))
         self.mounting.add(motion.travel, interval, self.roll.yaw_rate)
+
+    @property
+    def _stood(self) -> bool:
+        return self._speed == 0.0
 
     @property
     def _is_traffic(self) -> bool:

@@ -102,15 +102,15 @@ class Mount:
             yield (f'/tf_static: {self.camera_frame} is mounted upside down: set rotate_180,'
                    ' unless the driver turns the images')
         aside = abs(self.yaw_deg)
-        if not given.settings.measures_heading or aside <= _MOST_ASIDE_DEG:
+        if not given.settings.measures_heading:
             return
         if aside >= 180.0 - _MOST_ASIDE_DEG:
             yield (f'/tf_static: {self.camera_frame} looks to the rear: headings are right, but'
                    ' distances are negative')
-            return
-        side = 'left' if self.yaw_deg > 0.0 else 'right'
-        yield (f'/tf_static: {self.camera_frame} looks {aside:.0f} degrees to the'
-               f' {side}: headings are right up to about {_MOST_ASIDE_DEG:g} degrees')
+        elif aside > _MOST_ASIDE_DEG:
+            side = 'left' if self.yaw_deg > 0.0 else 'right'
+            yield (f'/tf_static: {self.camera_frame} looks {aside:.0f} degrees to the'
+                   f' {side}: headings are right up to about {_MOST_ASIDE_DEG:g} degrees')
 
 
 @dataclass(frozen=True, slots=True)
