@@ -4,8 +4,9 @@
 
 from dataclasses import replace
 
+from phase_traj_ros.core.camera.camera_height import CameraHeight
+from phase_traj_ros.core.camera.tuning import TUNING as CAMERA
 from phase_traj_ros.core.path.speed import SpeedTrack
-from phase_traj_ros.core.road.camera_height import CameraHeight
 from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.road.tuning import TUNING
 from phase_traj_ros.core.settings import EstimatorSettings
@@ -53,7 +54,7 @@ class DistanceMeter:
         given = self._given_distance(status, stamp_ns, interval_ns)
         if given is not None:
             self.heights_per_second = given / (
-                interval * (self._height.metres or TUNING.usual_height))
+                interval * (self._height.metres or CAMERA.usual_height))
             if (given > 0.0 and on_road is not None and on_road.state is TravelState.MEASURED
                     and on_road.distance > TUNING.min_calibration_speed * interval):
                 self._height.add(given, on_road.distance, interval)
@@ -62,7 +63,7 @@ class DistanceMeter:
                 scale=TUNING.given_speed_error)
         height = self._height.metres
         if on_road is None or height is None or not on_road.known:
-            deviation = TUNING.unknown_speed_deviation * TUNING.usual_height * interval
+            deviation = TUNING.unknown_speed_deviation * CAMERA.usual_height * interval
             return Travel(
                 0.0, deviation ** 2, TravelState.UNKNOWN,
                 rivalled=on_road is not None and on_road.rivalled)

@@ -90,5 +90,17 @@ class CameraTuning:
     outlier_deviations: float = 2.0
     """The weight of a pitch or roll decreases beyond this many standard deviations."""
 
+    # Its height.
+    usual_height: float = 1.5
+    """Prior of an unknown camera height in metres, and..."""
+    height_spread: float = 0.5
+    """...its relative standard deviation."""
+    speedometer_error: float = 0.02
+    """Least relative deviation of a height from given speeds: the error of a speedometer."""
+    height_pair_error: float = 0.1
+    """Relative deviation between the two distances of a pair, and..."""
+    height_pair_time: float = 1.0
+    """...the time in seconds for which it is correlated."""
+
 
 TUNING = CameraTuning()

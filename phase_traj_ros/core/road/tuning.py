@@ -161,20 +161,10 @@ class RoadTuning:
     """Longest slide of the road between measured frames: the patches end about 10 ahead, and the
     texture that remains in view changes its size."""
 
-    usual_height: float = 1.5
-    """Prior of an unknown camera height in metres, and..."""
-    height_spread: float = 0.5
-    """...its relative standard deviation."""
     min_calibration_speed: float = 2.0
     """Least speed, in camera heights per second, at which the height is estimated."""
     given_speed_error: float = 0.05
-    """Standard deviation of a given speed, as a fraction of it, and..."""
-    speedometer_error: float = 0.02
-    """...least relative deviation of a height from given speeds: the error of a speedometer."""
-    height_pair_error: float = 0.1
-    """Relative deviation between the two distances of a pair, and..."""
-    height_pair_time: float = 1.0
-    """...the time in seconds for which it is correlated."""
+    """Standard deviation of a given speed, as a fraction of it."""
 
 
 TUNING = RoadTuning()

@@ -13,9 +13,9 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.camera.tuning import TUNING as CAMERA
 from phase_traj_ros.core.heading.tuning import TUNING
 from phase_traj_ros.core.heading.turns import find_turns, Turn
-from phase_traj_ros.core.road.tuning import TUNING as ROAD
 from phase_traj_ros.tasks.evaluation.ground_truth import MatchedTruth
 
 # Turns within this margin of the smallest angle of a turn are not scored.
@@ -91,7 +91,7 @@ class RelativeErrors:
 
 def true_turns(true: MatchedTruth) -> list[Turn]:
     """Return the true turns, including those slightly below the smallest angle of a turn."""
-    ways = way_along(true.positions) / ROAD.usual_height
+    ways = way_along(true.positions) / CAMERA.usual_height
     return find_turns(
         true.stamps_ns.tolist(), true.headings.tolist(), ways.tolist(),
         min_angle_deg=TUNING.turn_deg - _MARGIN_DEG)

@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
-from phase_traj_ros.core.road.camera_height import CameraHeight
+from phase_traj_ros.core.camera.camera_height import CameraHeight
 import pytest
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimates the camera height in metres, the factor from camera heights to metres."""
 
-from phase_traj_ros.core.road.tuning import TUNING
+from phase_traj_ros.core.camera.tuning import TUNING
 
 
 class CameraHeight:
