@@ -12,8 +12,6 @@ from phase_traj_ros.core.road.tuning import TUNING
 class RoadKeyframe:
     """Time, rotation and distance since the keyframe, in seconds, radians and camera heights."""
 
-    camera_roll: float = 0.0
-    """Roll of the camera at the keyframe, in radians, positive right side down."""
     age: float = 0.0
     yaw: float = 0.0
     """Positive to the left."""

@@ -16,14 +16,15 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
+from phase_traj_ros.core.road.ground import CELL, rotation
 from phase_traj_ros.core.road.keyframe import RoadKeyframe
-from phase_traj_ros.core.road.patch_matcher import PatchMatcher, RoadSlide
+from phase_traj_ros.core.road.patch_matcher import RoadSlide
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.speed_profile import SpeedProfile
 from phase_traj_ros.core.road.tilt import RoadTilt
 from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.road.tuning import TUNING
+from phase_traj_ros.core.road.view import RoadView
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion, running_mean
 
 
@@ -45,18 +46,14 @@ class RoadMeter:
         ``keyframes``, a frame may be compared with an earlier one than its predecessor.
         """
         self._keyframes = keyframes
-        self._camera, self._horizon = camera, horizon
-        self._rotate_180, self._mask = rotate_180, mask
+        self._horizon = horizon
+        self._view = RoadView(camera, horizon, rotate_180=rotate_180, mask=mask)
         self.tilt = RoadTilt(horizon) if tilt is None else tilt
         """Pitch of the camera relative to the road."""
         self.speed_filter = SpeedFilter() if speed_filter is None else speed_filter
         """Speed of the vehicle."""
-        self._matchers: tuple[PatchMatcher, ...] | None = None
         self._azimuth = self._mean_pitch_rate = 0.0
         self._roll = horizon.roll
-        # Azimuth and pitch with which the patches were made.
-        self._assumed_azimuth = self._assumed = 0.0
-        self._key_frame: Frame | None = None
         # The newest measured distance.
         self._measured = Travel(0.0, 0.0, TravelState.UNKNOWN)
         self._key = RoadKeyframe()
@@ -68,12 +65,11 @@ class RoadMeter:
     @property
     def needs_every_frame(self) -> bool:
         """Return whether the road may be in view, but the speed is in doubt."""
-        return self._matchers != () and self.speed_filter.doubtful
+        return not self._view.is_empty and self.speed_filter.doubtful
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """Continue with this mask; no pair is lost."""
-        if mask is not self._mask:
-            self._mask, self._matchers = mask, None
+        self._view.use_mask(mask)
 
     def forget(self) -> None:
         """Restart with the next frame; the pitch of the mounting is kept."""
@@ -82,15 +78,15 @@ class RoadMeter:
         self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
         self._rested, self._stays = False, True
-        self._key_frame, self._key = None, RoadKeyframe()
+        self._view.forget()
+        self._key = RoadKeyframe()
 
     def start(self, frame: Frame, roll: float | None = None) -> None:
         """Add a frame that is the first of a pair, with this ``roll`` (see ``update``)."""
         if roll is not None:
             self._roll = roll
-        self._key_frame, self._key = frame, RoadKeyframe(self._roll)
-        for matcher in self._matchers or ():
-            matcher.restart(frame, self._lean(self._roll))
+        self._view.restart(frame, self._roll)
+        self._key = RoadKeyframe()
 
     def update(
         self, frame: Frame, interval: float, motion: CameraMotion | None, *,
@@ -131,8 +127,9 @@ class RoadMeter:
             moves = max(motion.passing, abs(motion.near)) > TUNING.passing
             if moves and (not speeds.known or speeds.doubtful or driven > TUNING.min_slide):
                 travel = motion.travel
-                self.tilt.add(self._horizon.pitch_along(
-                    travel.course, travel.slope, azimuth=azimuth, lean=self._lean(self._roll)),
+                self.tilt.add(
+                    self._horizon.pitch_along(travel.course, travel.slope, azimuth=azimuth,
+                                              lean=self._view.lean(self._roll)),
                     travel.slope_variance)
             yaw = motion.yaw
         elif yaw is None:
@@ -152,27 +149,24 @@ class RoadMeter:
         passes: bool, turns: bool,
     ) -> Travel:
         """Compare the road with that of the keyframe, or bridge the pair."""
-        key = self._key
+        key, view = self._key, self._view
         if self.tilt.deviation > TUNING.max_pitch_deviation and key.moves:
-            self._matchers = None
-        elif self._matchers is None or (
-                key.age <= interval
-                and (abs(self.tilt.mounting - self._assumed) > TUNING.max_pitch_error
-                     or abs(self._azimuth - self._assumed_azimuth) > TUNING.max_azimuth_error)):
-            self._make_patches()
-        if not self._matchers or self._key_frame is None:
+            view.discard()
+        else:
+            view.follow(self.tilt.mounting, self._azimuth, may_change=key.age <= interval)
+        if not view.patches or not view.has_keyframe:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured, turns=turns)
-        for matcher in self._matchers:
-            matcher.project(frame)
+        for patch in view.patches:
+            patch.project(frame)
         rest = self._rest(frame, interval, passes=passes, turns=turns)
         if rest is not None:
             return rest
         since_key = rotation(key.yaw, key.pitch, key.roll)
-        for matcher in self._matchers:
-            matcher.compare(since_key)
+        for patch in view.patches:
+            patch.compare(since_key)
         found = self._slides(interval, self.speed_filter)
-        rivals = [matcher.is_rivalled(each) for matcher, each in zip(self._matchers, found)]
+        rivals = [patch.is_rivalled(each) for patch, each in zip(view.patches, found)]
         if any(rivals) or not any(found):
             self._add_to_profile(interval, turn, nod)
         if not any(found):
@@ -191,8 +185,8 @@ class RoadMeter:
     ) -> Travel | None:
         """Return the distance of a pair if the road rests; None if it must be measured."""
         # The first patch is the near one, if that is in view: traffic mostly covers the far one.
-        matchers, key, rested = self._matchers or (), self._key, self._rested
-        near, standing = matchers[0], self.speed_filter.standing
+        near, key, rested = self._view.patches[0], self._key, self._rested
+        standing = self.speed_filter.standing
         self._stays |= standing
         # What recedes may be traffic that drives off.
         rests = ((standing and near.has_moved) or (key.recedes and self._stays)) and near.rests()
@@ -217,7 +211,7 @@ class RoadMeter:
         self.tilt.nod(-key.nod, 0.0)
         self._mean_pitch_rate = 0.0
         self._rested = True
-        self._key = RoadKeyframe(key.camera_roll, key.age, agreed=True)
+        self._key = RoadKeyframe(key.age, agreed=True)
         if key.age >= TUNING.creep_time:
             self._renew(frame)
         return replace(self.speed_filter.stand(interval), rests=True)
@@ -242,9 +236,9 @@ class RoadMeter:
         """Add the changes in the newest frames to the profile of the speed."""
         ways, turned = self._profile.speeds * interval, rotation(*turn)
         scores = np.array([
-            matcher.scores_of_changes(ways, turned, scale=self._slide_scale(matcher.depth, nod),
-                                      roll=self._lean(self._roll - turn[2]))
-            for matcher in self._matchers or ()]).sum(axis=0)
+            patch.scores_of_changes(ways, turned, scale=self._slide_scale(patch.depth, nod),
+                                    roll=self._view.lean(self._roll - turn[2]))
+            for patch in self._view.patches]).sum(axis=0)
         # Patterns that change their place a little make slides near 0.
         self._profile.add(scores, np.isfinite(scores) & (ways > TUNING.profile_begins))
 
@@ -255,7 +249,7 @@ class RoadMeter:
         best = self._profile.best if key.moves and key.passing >= 0.0 else None
         if best is None:
             return None
-        (speed, score), speeds, near = best, self.speed_filter, (self._matchers or ())[0]
+        (speed, score), speeds, near = best, self.speed_filter, self._view.patches[0]
         least, most = speeds.bounds(TUNING.profile_width * speed)
         if speeds.lost or not least <= speed <= most:
             # When the vehicle brakes, the mean of half a second is too high.
@@ -270,23 +264,20 @@ class RoadMeter:
     def _slides(self, interval: float, speeds: SpeedFilter) -> list[RoadSlide | None]:
         """Return the slide of each patch within the bounds of ``speeds``."""
         found = []
-        for matcher in self._matchers or ():
+        for patch in self._view.patches:
             least, most = (
                 self._key.distance + speed * interval
                 for speed in speeds.bounds(
-                    matcher.deviation(self._key) / interval, reverses=self._key.recedes))
-            found.append(matcher.find(
-                least, most, self._key, scale=self._slide_scale(matcher.depth, self._key.nod)))
+                    patch.deviation(self._key) / interval, reverses=self._key.recedes))
+            found.append(patch.find(
+                least, most, self._key, scale=self._slide_scale(patch.depth, self._key.nod)))
         return found
 
     def _renew(self, frame: Frame) -> None:
         """Make the newest frame the keyframe."""
         moved_on = self._key.drives or self._key.distance > TUNING.learning_slide
-        for matcher in self._matchers or ():
-            if moved_on:
-                matcher.learn()
-            matcher.set_reference(self._lean(self._roll))
-        self._key_frame, self._key = frame, RoadKeyframe(self._roll)
+        self._view.renew(frame, self._roll, learns=moved_on)
+        self._key = RoadKeyframe()
 
     def _nod(self, motion: CameraMotion, interval: float) -> float:
         """Return the change of the pitch relative to the road in a pair, positive nose up."""
@@ -370,7 +361,7 @@ class RoadMeter:
         self.tilt.add_slides(
             far.raw / near.raw, far.depth - near.depth,
             (nod ** 2 + 2.0 * (TUNING.peak_cells * CELL) ** 2) / near.raw ** 2,
-            assumed=self._assumed - self._key.nod)
+            assumed=self._view.pitch - self._key.nod)
 
     def _slide_scale(self, depth: float, nod: float) -> float:
         """
@@ -379,12 +370,7 @@ class RoadMeter:
         The slide is that since a frame with the pitch before the ``nod``, as the newest frame is
         rotated to it.
         """
-        return math.exp(2.0 * depth * (self.tilt.current + nod - self._assumed))
-
-    def _lean(self, roll: float) -> float:
-        """Return a roll relative to that of the patches; 0 if it makes no difference."""
-        lean = roll - self._horizon.roll
-        return lean if abs(lean) > TUNING.min_lean else 0.0
+        return self._view.slide_scale(depth, self.tilt.current + nod)
 
     def _bridge_keyframe(self, interval: float) -> Travel:
         """Bridge a pair whose distance is measured with a later frame."""
@@ -393,17 +379,3 @@ class RoadMeter:
             self._key.bridge(
                 travel.distance, (self.speed_filter.observed_deviation * interval) ** 2)
         return travel
-
-    def _make_patches(self) -> None:
-        """Make the patches with the current tilt, in the direction of travel."""
-        self._assumed, self._assumed_azimuth = self.tilt.mounting, self._azimuth
-        levelling = replace(self._horizon, pitch=self._assumed).levelling(self._azimuth)
-        patches = [
-            GroundPatch(self._camera, levelling, stretch, rotate_180=self._rotate_180,
-                        mask=self._mask)
-            for stretch in stretches(self._camera, levelling)]
-        self._matchers = tuple(
-            PatchMatcher(patch) for patch in patches if patch.share > TUNING.min_seen)
-        if self._key_frame is not None:
-            for matcher in self._matchers:
-                matcher.restart(self._key_frame, self._lean(self._key.camera_roll))
