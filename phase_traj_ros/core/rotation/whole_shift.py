@@ -38,6 +38,19 @@ class WholeShift:
         return self._view.full_shift(
             self.correlator.second_peak(apart=TUNING.peak_distance_px // self._view.decimation))
 
+    def of_scene(self, shift: Shift, *, moves: bool) -> Shift | None:
+        """
+        Return the shift of the scene in the newest pair; None if it is not significant.
+
+        It is the ``shift`` of the pair, or if the scene ``moves`` and that is near zero, as of a
+        pattern that is fixed to the camera, the second peak.
+        """
+        if moves and max(abs(shift.dx), abs(shift.dy)) <= TUNING.zero_px:
+            shift = self.second_peak()
+        is_significant = (abs(shift.dy) < TUNING.max_shake_px
+                          and self.significance(shift) >= TUNING.min_significance)
+        return shift if is_significant else None
+
     def significance(self, shift: Shift) -> float:
         """Return the significance of a shift; see ``PhaseCorrelator.significance``."""
         times = self._view.decimation

@@ -326,23 +326,15 @@ class YawMeter:
     def _scene_shift(self, shift: Shift, interval: float) -> Shift | None:
         """Return the shift of the scene; None if no shift is significant."""
         turns = abs(self._foreseen(interval)) > TUNING.shift_gate_px / 2
-        if turns and _is_unmoved(shift):
-            # The peak belongs to a pattern that is fixed to the camera.
-            shift = self._whole_shift.second_peak()
-        return shift if self._is_significant(shift) else None
+        return self._whole_shift.of_scene(shift, moves=turns)
 
     def _shift_beside(self, match: Match, shift: Shift) -> Shift | None:
         """Return the shift of a scene that turns while the blocks rest; None if there is none."""
-        if _is_unmoved(shift):
-            shift = self._whole_shift.second_peak()
+        scene = self._whole_shift.of_scene(shift, moves=True)
         yaw = self._projection.px_per_rad * (match.motion.yaw - match.key.yaw)
-        beside = (abs(shift.dx - yaw) > max(abs(yaw), TUNING.zero_px)
-                  and abs(shift.dy) <= TUNING.zero_px)
-        return shift if beside and self._is_significant(shift) else None
-
-    def _is_significant(self, shift: Shift) -> bool:
-        return (abs(shift.dy) < TUNING.max_shake_px
-                and self._whole_shift.significance(shift) >= TUNING.min_significance)
+        beside = (scene is not None and abs(scene.dx - yaw) > max(abs(yaw), TUNING.zero_px)
+                  and abs(scene.dy) <= TUNING.zero_px)
+        return scene if beside else None
 
     def _confirms(self, scene: Shift | None, match: Match) -> bool:
         """Return whether the shift of the scene confirms a motion with which few blocks agree."""
@@ -386,11 +378,6 @@ class YawMeter:
         gain = self._brightness / brightness if brightness > 0.0 else 1.0
         self._brightness += TUNING.exposure_rate * (brightness - self._brightness)
         return cv2.convertScaleAbs(picture, alpha=gain)  # type: ignore[return-value]
-
-
-def _is_unmoved(shift: Shift) -> bool:
-    """Return whether a shift may be that of a pattern that is fixed to the camera."""
-    return max(abs(shift.dx), abs(shift.dy)) <= TUNING.zero_px
 
 
 def _may_show_drops(motion: CameraMotion) -> bool:

@@ -4,6 +4,7 @@
 
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
+from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.rotation.tuning import TUNING
 from phase_traj_ros.core.rotation.whole_shift import WholeShift
 import pytest
@@ -23,6 +24,24 @@ def test_shifts_are_in_pixels_of_the_cylinder_at_either_size(focal_px):
     beside = whole.second_peak()
     assert max(abs(beside.dx - found.dx), abs(beside.dy - found.dy)) > TUNING.peak_distance_px
     assert whole.significance(beside) < whole.significance(found) / 2
+
+
+@pytest.mark.parametrize(('shift', 'moves', 'significance', 'expected'), [
+    ((0.3, -0.4), False, 20.0, (0.3, -0.4)),
+    # A pattern that is fixed to the camera does not move with the scene.
+    ((0.3, -0.4), True, 20.0, (9.0, 1.0)),
+    ((5.0, -0.4), True, 20.0, (5.0, -0.4)),
+    ((5.0, -0.4), True, 1.0, None),
+    ((0.3, -0.4), True, 1.0, None),
+    # No camera shakes as far.
+    ((5.0, 2.0 * TUNING.max_shake_px), False, 20.0, None)])
+def test_the_shift_of_the_scene_is_significant_and_not_that_of_a_fixed_pattern(
+        shift, moves, significance, expected, monkeypatch):
+    whole = WholeShift(CylinderProjection(CameraModel.pinhole((240, 320), 360.0)), None)
+    monkeypatch.setattr(WholeShift, 'significance', lambda *_: significance)
+    monkeypatch.setattr(WholeShift, 'second_peak', lambda _: Shift(9.0, 1.0, 0.1))
+    found = whole.of_scene(Shift(*shift, 0.2), moves=moves)
+    assert (None if found is None else (found.dx, found.dy)) == expected
 
 
 def test_a_new_start_has_no_pair():
