@@ -53,21 +53,23 @@ class DistanceMeter:
             return on_road
         given = self._given_distance(status, stamp_ns, interval_ns)
         if given is not None:
-            self.heights_per_second = given / (
-                interval * (self._height.metres or CAMERA.usual_height))
+            height = self._height.metres or CAMERA.usual_height
+            if not self.speeds.signed and _shows_reverse(on_road, given / height):
+                given = -given
+            self.heights_per_second = given / (interval * height)
             if (given > 0.0 and on_road is not None and on_road.state is TravelState.MEASURED
                     and on_road.distance > TUNING.min_calibration_speed * interval):
                 self._height.add(given, on_road.distance, interval)
             return Travel(
                 given, (TUNING.given_speed_error * given) ** 2, TravelState.GIVEN,
                 scale=TUNING.given_speed_error)
-        height = self._height.metres
-        if on_road is None or height is None or not on_road.known:
+        metres = self._height.metres
+        if on_road is None or metres is None or not on_road.known:
             deviation = TUNING.unknown_speed_deviation * CAMERA.usual_height * interval
             return Travel(
                 0.0, deviation ** 2, TravelState.UNKNOWN,
                 rivalled=on_road is not None and on_road.rivalled)
-        return on_road.scaled(height, self._height.deviation)
+        return on_road.scaled(metres, self._height.deviation)
 
     def _given_distance(self, status: PairStatus, stamp_ns: int, interval_ns: int) -> float | None:
         """Return the distance in metres by a given speed; None without a speed."""
@@ -76,3 +78,10 @@ class DistanceMeter:
         if self._settings.speed == 0.0:
             return None
         return 0.0 if status is PairStatus.STILL else self._settings.speed * interval_ns * 1e-9
+
+
+def _shows_reverse(on_road: Travel | None, given: float) -> bool:
+    """Return whether the road moves as in reverse, by about a ``given`` number of heights."""
+    if on_road is None or not on_road.known:
+        return False
+    return given / TUNING.sign_factor < -on_road.distance < TUNING.sign_factor * given

@@ -19,6 +19,7 @@ from phase_traj_ros.core import (
     TrajectoryEstimator,
     TravelState,
 )
+from phase_traj_ros.core.distance_meter import DistanceMeter
 from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.road_camera import RoadCamera
@@ -142,6 +143,23 @@ def test_a_height_is_learned_from_speeds_at_any_frame_rate(rate_hz):
     # The speeds have ended: what is left is the height.
     assert update.travel.state is TravelState.MEASURED
     assert update.speed == pytest.approx(8.0, rel=0.1)
+
+
+@pytest.mark.parametrize(('given', 'sign'), [
+    ([5.0], -1), ([1.0], 1), ([-1.0, 5.0], 1)])
+def test_the_road_shows_the_sign_of_speeds_that_have_none(given, sign):
+    """A signal of 1 m/s is not of this drive, and one that was negative has signs."""
+    meter = DistanceMeter(EstimatorSettings(awaits_speeds=True, camera_height=1.5))
+    for number, speed in enumerate(given):
+        meter.speeds.add(number, speed)
+    back = Travel(-0.3, 1e-4, TravelState.MEASURED)
+    travel = meter.update(back, PairStatus.OK, S, S // 10)
+    assert travel.state is TravelState.GIVEN
+    assert travel.distance == pytest.approx(0.1 * sign * given[-1])
+    assert meter.heights_per_second == pytest.approx(sign * given[-1] / 1.5)
+    # A road that is not seen shows nothing.
+    unknown = Travel(0.0, 100.0, TravelState.UNKNOWN)
+    assert meter.update(unknown, PairStatus.OK, 2 * S, S // 10).distance > 0.0
 
 
 def test_without_a_speed_or_a_height_nothing_is_made_up_in_metres():

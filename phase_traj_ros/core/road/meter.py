@@ -61,6 +61,9 @@ class RoadMeter:
         # Whether the road rested in the newest pair that was compared, and whether it may have
         # rested in all since the vehicle stood, or was first seen.
         self._rested, self._stays = False, True
+        # Whether it rested in the newest pair, if only for a moment so far, and the time for which
+        # it has been seen not to slide, since it last slid, in seconds.
+        self._stops, self._halted = False, 0.0
 
     @property
     def needs_every_frame(self) -> bool:
@@ -78,6 +81,7 @@ class RoadMeter:
         self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
         self._rested, self._stays = False, True
+        self._stops, self._halted = False, 0.0
         self._view.forget()
         self._key = RoadKeyframe()
 
@@ -186,10 +190,12 @@ class RoadMeter:
         """Return the distance of a pair if the road rests; None if it must be measured."""
         # The first patch is the near one, if that is in view: traffic mostly covers the far one.
         near, key, rested = self._view.patches[0], self._key, self._rested
-        standing = self.speed_filter.standing
-        self._stays |= standing
-        # What recedes may be traffic that drives off.
-        rests = ((standing and near.has_moved) or (key.recedes and self._stays)) and near.rests()
+        speeds = self.speed_filter
+        self._stays |= speeds.standing
+        # What recedes may be traffic that drives off, and so may be what moves as a vehicle stops.
+        stops = speeds.standing or ((speeds.may_stand or self._stops) and not passes)
+        rests = ((stops and near.has_moved) or (key.recedes and self._stays)) and near.rests()
+        self._stops = rests and not passes
         self._stays &= rests or not key.recedes
         self._rested = rested and rests and not passes
         if not rests:
@@ -309,18 +315,23 @@ class RoadMeter:
                 each, distance=each.raw / self._slide_scale(each.depth, key.nod))
                 for each in agreeing]
         if all(each.fixed for each in agreeing):
+            self._halted += interval
             if key.moves:
                 # A slow vehicle, or a pattern that is fixed to the camera: wait for a later frame.
                 key.expired = key.age >= TUNING.max_keyframe_age
                 return self._bridge_keyframe(interval)
-            if self.speed_filter.standing or key.age >= TUNING.standing_time:
+            if self.speed_filter.standing or self._halted >= TUNING.standing_time:
                 key.expired = key.age >= TUNING.creep_time
                 # A vehicle that turns on the spot, or a pattern that is fixed to it, which a later
                 # frame tells apart.
                 return (self.speed_filter.bridge(interval, self._measured, turns=True)
                         if key.turns else self.speed_filter.stand(interval))
-        if best.sudden:
+        # However wrong the stamps are, a vehicle does not stop between two frames.
+        halts = best.fixed and self.speed_filter.least * interval > TUNING.fixed_cells * CELL
+        if best.sudden or halts:
             return self._bridge_keyframe(interval)
+        if not best.fixed:
+            self._halted = 0.0
         return self._travel(agreeing, interval)
 
     def _travel(self, agreeing: list[RoadSlide], interval: float) -> Travel:

@@ -50,9 +50,19 @@ class SpeedFilter:
         return math.hypot(self.deviation, self._interval_error * self.speed)
 
     @property
+    def least(self) -> float:
+        """Return the least speed that the vehicle may have, 0 or more, in either direction."""
+        return max(abs(self.speed) - TUNING.gate * self.deviation, 0.0)
+
+    @property
     def standing(self) -> bool:
         """Return whether the vehicle stood when its speed was last measured."""
         return self.known and self.speed == 0.0
+
+    @property
+    def may_stand(self) -> bool:
+        """Return whether a known speed does not differ from 0 by more than its error."""
+        return self.known and not self.doubtful and self.least == 0.0
 
     @property
     def lost(self) -> bool:

@@ -165,6 +165,9 @@ class RoadTuning:
     """Least speed, in camera heights per second, at which the height is estimated."""
     given_speed_error: float = 0.05
     """Standard deviation of a given speed, as a fraction of it."""
+    sign_factor: float = 2.0
+    """Speeds without a sign are those of reverse if the road slides back as fast, within this
+    factor; what else slides back is hardly as fast."""
 
 
 TUNING = RoadTuning()

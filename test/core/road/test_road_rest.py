@@ -106,6 +106,20 @@ def test_a_load_does_not_hold_a_vehicle_that_reverses():
     assert sum(travel.distance for travel in travels[24:]) == pytest.approx(-0.2 * 25, rel=0.05)
 
 
+def test_a_vehicle_that_stops_stands_although_traffic_moves_at_once():
+    before = [*BRAKING, *STOP[:1]]
+    lorry = [(BRAKING[-1], replace(motion(passing=0.1), agreement=0.4))] * 20
+
+    def cover(number, frame):
+        if number >= len(before):
+            # It comes to seven heights, and its stripes approach.
+            frame[:172] = 128 + 90 * np.sin(0.3 * np.arange(640) - 2.0 * number)
+
+    travels = travels_of([*driven(before), *lorry], cover=cover)
+    assert abs(sum(travel.distance for travel in travels[len(before):])) < 2 * CELL
+    assert travels[-1].rests
+
+
 def test_nothing_rests_before_the_road_has_moved():
     # It may be the body of the vehicle.
     travels = travels_of([(0.0, motion(yaw=0.02, passing=0.05))] * 20)
