@@ -315,11 +315,11 @@ class RoadMeter:
                 each, distance=each.raw / self._slide_scale(each.depth, key.nod))
                 for each in agreeing]
         if all(each.fixed for each in agreeing):
-            self._halted += interval
             if key.moves:
                 # A slow vehicle, or a pattern that is fixed to the camera: wait for a later frame.
                 key.expired = key.age >= TUNING.max_keyframe_age
                 return self._bridge_keyframe(interval)
+            self._halted += interval
             if self.speed_filter.standing or self._halted >= TUNING.standing_time:
                 key.expired = key.age >= TUNING.creep_time
                 # A vehicle that turns on the spot, or a pattern that is fixed to it, which a later
