@@ -64,6 +64,8 @@ class RoadMeter:
         # Whether it rested in the newest pair, if only for a moment so far, and the time for which
         # it has been seen not to slide, since it last slid, in seconds.
         self._stops, self._halted = False, 0.0
+        # Whether nearly all blocks agree that nothing moves in the newest pair.
+        self._blocks_rest = False
 
     @property
     def needs_every_frame(self) -> bool:
@@ -139,6 +141,9 @@ class RoadMeter:
         elif yaw is None:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured)
+        turns = abs(yaw) > TUNING.driving_yaw_rate * interval
+        self._blocks_rest = (
+            motion is not None and motion.agreement > TUNING.resting_agreement and not turns)
         turn = (yaw, nod - yaw * math.tan(self._roll), 0.0 if motion is None else motion.roll)
         self._key.add_rotation(
             *turn, nod=nod, interval=interval, near=None if motion is None else motion.near)
@@ -146,7 +151,7 @@ class RoadMeter:
             frame, interval, turn, nod=nod,
             passes=(motion is not None and motion.certain and motion.near >= 0.0
                     and motion.passing > TUNING.driving),
-            turns=motion is not None and abs(motion.yaw) > TUNING.driving_yaw_rate * interval)
+            turns=motion is not None and turns)
 
     def _measure(
         self, frame: Frame, interval: float, turn: tuple[float, float, float], *, nod: float,
@@ -322,10 +327,12 @@ class RoadMeter:
             self._halted += interval
             if self.speed_filter.standing or self._halted >= TUNING.standing_time:
                 key.expired = key.age >= TUNING.creep_time
-                # A vehicle that turns on the spot, or a pattern that is fixed to it, which a later
-                # frame tells apart.
-                return (self.speed_filter.bridge(interval, self._measured, turns=True)
-                        if key.turns else self.speed_filter.stand(interval))
+                if key.turns:
+                    # A vehicle that turns on the spot, or a pattern that is fixed to it, which a
+                    # later frame tells apart.
+                    return self.speed_filter.bridge(interval, self._measured, turns=True)
+                return replace(self.speed_filter.stand(interval),
+                               rests=self._blocks_rest and self._view.patches[0].has_moved)
         # However wrong the stamps are, a vehicle does not stop between two frames.
         halts = best.fixed and self.speed_filter.least * interval > TUNING.fixed_cells * CELL
         if best.sudden or halts:

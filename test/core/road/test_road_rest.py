@@ -120,6 +120,23 @@ def test_a_vehicle_that_stops_stands_although_traffic_moves_at_once():
     assert travels[-1].rests
 
 
+@pytest.mark.parametrize(('agreement', 'rests'), [(0.8, True), (0.6, False)])
+def test_a_road_that_an_encoder_changes_rests_if_the_blocks_do(agreement, rests):
+    rng = np.random.default_rng(5)
+    still = replace(motion(passing=0.0), agreement=agreement)
+
+    before = driven([*BRAKING, *STOP])
+
+    def cover(number, frame):
+        if number >= len(before):
+            frame += rng.normal(0.0, 20.0, PINHOLE.shape)
+
+    travels = travels_of([*before, *[(BRAKING[-1], still)] * 30], cover=cover)
+    stood = travels[len(before):]
+    assert {travel.state for travel in stood} == {TravelState.STANDING}
+    assert {travel.rests for travel in stood} == {rests}
+
+
 def test_nothing_rests_before_the_road_has_moved():
     # It may be the body of the vehicle.
     travels = travels_of([(0.0, motion(yaw=0.02, passing=0.05))] * 20)
