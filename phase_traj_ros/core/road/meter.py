@@ -58,12 +58,12 @@ class RoadMeter:
         self._measured = Travel(0.0, 0.0, TravelState.UNKNOWN)
         self._key = RoadKeyframe()
         self._profile = SpeedProfile()
-        # Whether the road rested in the newest pair that was compared, and whether it may have
-        # rested in all since the vehicle stood, or was first seen.
-        self._rested, self._stays = False, True
-        # Whether it rested in the newest pair, if only for a moment so far, and the time for which
-        # it has been seen not to slide, since it last slid, in seconds.
-        self._stops, self._halted = False, 0.0
+        # Whether the road rested in the newest pair that was compared, whether it has for long
+        # enough to show that the vehicle stands, and whether it may have since the vehicle stood,
+        # or was first seen.
+        self._stops, self._rested, self._stays = False, False, True
+        # Time for which it has been seen not to slide, since it last slid, in seconds.
+        self._halted = 0.0
         # Whether nearly all blocks agree that nothing moves in the newest pair.
         self._blocks_rest = False
 
@@ -82,8 +82,8 @@ class RoadMeter:
         self.tilt.forget_suspension()
         self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
-        self._rested, self._stays = False, True
-        self._stops, self._halted = False, 0.0
+        self._stops, self._rested, self._stays = False, False, True
+        self._halted = 0.0
         self._view.forget()
         self._key = RoadKeyframe()
 
@@ -202,7 +202,7 @@ class RoadMeter:
         rests = ((stops and near.has_moved) or (key.recedes and self._stays)) and near.rests()
         self._stops = rests and not passes
         self._stays &= rests or not key.recedes
-        self._rested = rested and rests and not passes
+        self._rested = rested and self._stops
         if not rests:
             return None
         if passes:
