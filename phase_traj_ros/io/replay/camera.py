@@ -12,8 +12,10 @@ from phase_traj_ros.io.replay.estimator import make_estimator, outcomes
 from phase_traj_ros.io.sources.base import Entry, FrameSource, UnreadableFrame
 from phase_traj_ros.parameters import Parameters
 
-# Smallest interval of the frames from which the camera is learned, in nanoseconds.
-_SOON_NS = 39_000_000
+# Smallest interval of the frames from which the camera is learned, in nanoseconds: those of 30 Hz
+# are all used. With every second one, focal lengths from strongly compressed films were 2.1 % off
+# instead of 1.0 %, and fewer turns gave one.
+_SOON_NS = 19_000_000
 # Parts of turns after which further ones would not change the camera by more than its error.
 _ENOUGH_TURNS = 8
 
@@ -59,7 +61,7 @@ def learned_lens(
     """
     Return the camera learned from the frames, up to the one at which it is known well.
 
-    None if nothing was learned, or if the parameters do not ask for it. More than 25 frames per
+    None if nothing was learned, or if the parameters do not ask for it. More than 50 frames per
     second would not add information, so the rest is left out.
 
     Raises
