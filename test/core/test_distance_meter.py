@@ -162,6 +162,19 @@ def test_the_road_shows_the_sign_of_speeds_that_have_none(given, sign):
     assert meter.update(unknown, PairStatus.OK, 2 * S, S // 10).distance > 0.0
 
 
+@pytest.mark.parametrize(('slowest', 'sign'), [(0.1, -1), (2.0, 1)])
+def test_speeds_without_a_sign_reverse_only_after_a_stop(slowest, sign):
+    """A leader that drives off hides the road of a vehicle that drives on."""
+    meter = DistanceMeter(EstimatorSettings(awaits_speeds=True, camera_height=1.5))
+    for tenth, speed in ((0, 5.0), (30, slowest), (40, 5.0)):
+        meter.speeds.add(tenth * S // 10, speed)
+    for tenth in range(1, 60):
+        road = (-1.0 if tenth > 40 else 1.0) * 0.5 / 1.5
+        travel = meter.update(
+            Travel(road, 1e-4, TravelState.MEASURED), PairStatus.OK, tenth * S // 10, S // 10)
+    assert travel.distance == pytest.approx(0.5 * sign)
+
+
 def test_without_a_speed_or_a_height_nothing_is_made_up_in_metres():
     _, updates = driven(settings(awaits_speeds=True))
     assert {update.travel.state for update in updates} == {TravelState.UNKNOWN}

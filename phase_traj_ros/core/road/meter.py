@@ -62,10 +62,8 @@ class RoadMeter:
         # enough to show that the vehicle stands, and whether it may have since the vehicle stood,
         # or was first seen.
         self._stops, self._rested, self._stays = False, False, True
-        # Time for which it has been seen not to slide, since it last slid, in seconds.
-        self._halted = 0.0
-        # Whether nearly all blocks agree that nothing moves in the newest pair.
-        self._blocks_rest = False
+        # Whether nearly all blocks agree in the newest pair, and it is not one of a turn.
+        self._blocks_agree = False
 
     @property
     def needs_every_frame(self) -> bool:
@@ -83,7 +81,6 @@ class RoadMeter:
         self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
         self._stops, self._rested, self._stays = False, False, True
-        self._halted = 0.0
         self._view.forget()
         self._key = RoadKeyframe()
 
@@ -142,7 +139,7 @@ class RoadMeter:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured)
         turns = abs(yaw) > TUNING.driving_yaw_rate * interval
-        self._blocks_rest = (
+        self._blocks_agree = (
             motion is not None and motion.agreement > TUNING.resting_agreement and not turns)
         turn = (yaw, nod - yaw * math.tan(self._roll), 0.0 if motion is None else motion.roll)
         self._key.add_rotation(
@@ -197,8 +194,11 @@ class RoadMeter:
         near, key, rested = self._view.patches[0], self._key, self._rested
         speeds = self.speed_filter
         self._stays |= speeds.standing
-        # What recedes may be traffic that drives off, and so may be what moves as a vehicle stops.
-        stops = speeds.standing or ((speeds.may_stand or self._stops) and not passes)
+        # What recedes may be traffic that drives off, and so may be what moves as a vehicle stops,
+        # unless all creeps: then an encoder may have copied the road of a slow vehicle.
+        creeps = key.agreed and key.moves and abs(key.passing) < TUNING.creeping
+        stops = speeds.standing or (
+            (speeds.may_stand or self._stops) and not (passes or creeps))
         rests = ((stops and near.has_moved) or (key.recedes and self._stays)) and near.rests()
         self._stops = rests and not passes
         self._stays &= rests or not key.recedes
@@ -225,7 +225,7 @@ class RoadMeter:
         self._key = RoadKeyframe(key.age, agreed=True)
         if key.age >= TUNING.creep_time:
             self._renew(frame)
-        return replace(self.speed_filter.stand(interval), rests=True)
+        return replace(self.speed_filter.stand(interval), rests=self.speed_filter.braked)
 
     def _search_further(self, interval: float) -> list[RoadSlide | None]:
         """Return slides beyond the bounds of the speed, or that of the profile."""
@@ -324,21 +324,19 @@ class RoadMeter:
                 # A slow vehicle, or a pattern that is fixed to the camera: wait for a later frame.
                 key.expired = key.age >= TUNING.max_keyframe_age
                 return self._bridge_keyframe(interval)
-            self._halted += interval
-            if self.speed_filter.standing or self._halted >= TUNING.standing_time:
+            if self.speed_filter.standing or key.age >= TUNING.standing_time:
                 key.expired = key.age >= TUNING.creep_time
                 if key.turns:
                     # A vehicle that turns on the spot, or a pattern that is fixed to it, which a
                     # later frame tells apart.
                     return self.speed_filter.bridge(interval, self._measured, turns=True)
-                return replace(self.speed_filter.stand(interval),
-                               rests=self._blocks_rest and self._view.patches[0].has_moved)
+                travel, near = self.speed_filter.stand(interval), self._view.patches[0]
+                return replace(travel, rests=(
+                    self._blocks_agree and near.has_moved and self.speed_filter.braked))
         # However wrong the stamps are, a vehicle does not stop between two frames.
         halts = best.fixed and self.speed_filter.least * interval > TUNING.fixed_cells * CELL
         if best.sudden or halts:
             return self._bridge_keyframe(interval)
-        if not best.fixed:
-            self._halted = 0.0
         return self._travel(agreeing, interval)
 
     def _travel(self, agreeing: list[RoadSlide], interval: float) -> Travel:

@@ -93,6 +93,9 @@ class RoadTuning:
     resting_coherence: float = 0.4
     """A road rests if more than this share of the spectrum of the near patch stays in place. While
     a road moved, it was below 0.35 in 99 % of the pairs of real films."""
+    creeping: float = 0.025
+    """A scene that moves by less between keyframes, as ``passing``, is not close traffic: that of
+    slow vehicles was 0.022 at most where an encoder copied the road, and traffic 0.029 or more."""
     resting_agreement: float = 0.7
     """An encoder lowers the coherence. A road also rests where its slide is 0 and more than this
     share of the blocks agree that nothing moves: of 400 drops, fewer did in turns."""
@@ -170,7 +173,11 @@ class RoadTuning:
     """Standard deviation of a given speed, as a fraction of it."""
     sign_factor: float = 2.0
     """Speeds without a sign are those of reverse if the road slides back as fast, within this
-    factor; what else slides back is hardly as fast."""
+    factor, ..."""
+    sign_speed: float = 0.5
+    """...which begins after a speed below this, in camera heights per second, ..."""
+    sign_time: float = 2.0
+    """...within this time in seconds: speeds come late, and once a second."""
 
 
 TUNING = RoadTuning()

@@ -194,21 +194,6 @@ def test_copies_do_not_stop_a_vehicle_however_wrong_the_stamps_are():
     assert ways == pytest.approx([0.25] * 30, abs=CELL)
 
 
-def test_a_vehicle_stops_although_a_third_of_its_pictures_cannot_be_compared():
-    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)
-    meter.start(road.seen(0.0))
-    for index in range(1, 10):
-        meter.update(road.seen(0.5 * index), 0.04, motion())
-    rng, travels = np.random.default_rng(0), []
-    for index in range(40):
-        grain = rng.normal(128.0, 40.0, PINHOLE.shape).clip(0, 255).astype(np.uint8)
-        frame = grain if index % 3 == 2 else road.seen(4.5)
-        travels.append(meter.update(frame, 0.04, motion(passing=0.0)))
-    assert {travel.state for travel in travels[20:]} == {
-        TravelState.STANDING, TravelState.BRIDGED}
-    assert not any(travel.distance for travel in travels[20:])
-
-
 def test_what_shows_beside_a_copy_is_not_the_road():
     """Most is copied from the frame before, and the rest has moved by less than lobes reach."""
     road, meter = Road(PINHOLE), RoadMeter(PINHOLE, SURE)

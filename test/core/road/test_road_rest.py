@@ -137,6 +137,31 @@ def test_a_road_that_an_encoder_changes_rests_if_the_blocks_do(agreement, rests)
     assert {travel.rests for travel in stood} == {rests}
 
 
+@pytest.mark.parametrize(('places', 'rests'), [(BRAKING, True), (0.4 * np.arange(1, 17), False)])
+def test_a_lens_that_is_covered_is_not_a_stop(places, rests):
+    """No vehicle stops between two frames: what does not move any more covers the view."""
+    dirt = cv2.GaussianBlur(np.random.default_rng(2).normal(size=PINHOLE.shape), (0, 0), 1.5)
+
+    def cover(number, frame):
+        if number >= len(places):
+            frame[:] = 100.0 + 40.0 / dirt.std() * dirt
+
+    covered = [(places[-1], motion(passing=0.0))] * 20
+    travels = travels_of([*driven(places), *covered], cover=cover)
+    assert travels[-1].state is TravelState.STANDING
+    assert travels[-1].rests is rests
+
+
+@pytest.mark.parametrize(('passing', 'agreement', 'stands'), [
+    (0.0, 0.9, True), (0.003, 0.9, False), (0.1, 0.4, True)])
+def test_the_copied_road_of_a_slow_vehicle_does_not_stop_it(passing, agreement, stands):
+    """Blocks that creep are those of the scene; close traffic moves by more."""
+    slow = [*BRAKING, *BRAKING[-1] + 0.05 * np.arange(1, 11)]
+    blocks = replace(motion(passing=passing), agreement=agreement)
+    travels = travels_of([*driven(slow), *[(slow[-1], blocks)] * 20])
+    assert any(travel.rests for travel in travels[len(slow):]) is stands
+
+
 def test_nothing_rests_before_the_road_has_moved():
     # It may be the body of the vehicle.
     travels = travels_of([(0.0, motion(yaw=0.02, passing=0.05))] * 20)
