@@ -24,7 +24,9 @@ class RoadKeyframe:
     passing: float = 0.0
     """Sum of the ratios of translation to distance of the near blocks, negative in reverse."""
     agreed: bool = False
-    """Whether the blocks agree on the motion of the newest pair."""
+    """Whether the blocks agree on the motion of the newest pair..."""
+    agreement: float = 0.0
+    """...and the share of those that do, 0 if that is one of a turn."""
     distance: float = 0.0
     """Sum of the distances of the pairs, and its variance."""
     variance: float = 0.0
@@ -33,10 +35,10 @@ class RoadKeyframe:
 
     def add_rotation(
         self, yaw: float, pitch: float, roll: float, *, nod: float, interval: float,
-        near: float | None,
+        near: float | None, agreement: float = 0.0,
     ) -> None:
         """Add the rotation of a pair, and its ratio of translation to distance, if it has one."""
-        self.agreed = near is not None
+        self.agreed, self.agreement = near is not None, agreement
         self.passing += near or 0.0
         self.yaw += yaw
         self.pitch += pitch
@@ -63,6 +65,11 @@ class RoadKeyframe:
     def passes(self) -> bool:
         """Return whether the blocks agree that the world passes by."""
         return self.agreed and self.drives
+
+    @property
+    def creeps(self) -> bool:
+        """Return whether the blocks agree that the world moves, but no close traffic."""
+        return self.agreed and TUNING.passing < abs(self.passing) < TUNING.creeping
 
     @property
     def recedes(self) -> bool:

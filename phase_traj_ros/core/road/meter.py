@@ -62,8 +62,6 @@ class RoadMeter:
         # enough to show that the vehicle stands, and whether it may have since the vehicle stood,
         # or was first seen.
         self._stops, self._rested, self._stays = False, False, True
-        # Whether nearly all blocks agree in the newest pair, and it is not one of a turn.
-        self._blocks_agree = False
 
     @property
     def needs_every_frame(self) -> bool:
@@ -139,11 +137,10 @@ class RoadMeter:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured)
         turns = abs(yaw) > TUNING.driving_yaw_rate * interval
-        self._blocks_agree = (
-            motion is not None and motion.agreement > TUNING.resting_agreement and not turns)
         turn = (yaw, nod - yaw * math.tan(self._roll), 0.0 if motion is None else motion.roll)
         self._key.add_rotation(
-            *turn, nod=nod, interval=interval, near=None if motion is None else motion.near)
+            *turn, nod=nod, interval=interval, near=None if motion is None else motion.near,
+            agreement=0.0 if motion is None or turns else motion.agreement)
         return self._measure(
             frame, interval, turn, nod=nod,
             passes=(motion is not None and motion.certain and motion.near >= 0.0
@@ -196,9 +193,8 @@ class RoadMeter:
         self._stays |= speeds.standing
         # What recedes may be traffic that drives off, and so may be what moves as a vehicle stops,
         # unless all creeps: then an encoder may have copied the road of a slow vehicle.
-        creeps = key.agreed and key.moves and abs(key.passing) < TUNING.creeping
         stops = speeds.standing or (
-            (speeds.may_stand or self._stops) and not (passes or creeps))
+            (speeds.may_stand or self._stops) and not (passes or key.creeps))
         rests = ((stops and near.has_moved) or (key.recedes and self._stays)) and near.rests()
         self._stops = rests and not passes
         self._stays &= rests or not key.recedes
@@ -332,7 +328,8 @@ class RoadMeter:
                     return self.speed_filter.bridge(interval, self._measured, turns=True)
                 travel, near = self.speed_filter.stand(interval), self._view.patches[0]
                 return replace(travel, rests=(
-                    self._blocks_agree and near.has_moved and self.speed_filter.braked))
+                    key.agreement > TUNING.resting_agreement and near.has_moved
+                    and self.speed_filter.braked))
         # However wrong the stamps are, a vehicle does not stop between two frames.
         halts = best.fixed and self.speed_filter.least * interval > TUNING.fixed_cells * CELL
         if best.sudden or halts:
