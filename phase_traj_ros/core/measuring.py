@@ -207,14 +207,15 @@ class PairMeter:
         travel = None if self._road_camera is None else self._road.measure(
             picture, self._road_camera, pair.yaw, times.waited,
             still=found.quality is Quality.STILL, interval_deviation=times.deviation)
-        quality = found.quality
-        rests = self._settings.guards and travel is not None and travel.rests
-        if (rests and quality is Quality.MEASURED
-                and (found.fixed or _may_follow_traffic(pair.yaw, times.waited))):
-            quality = Quality.STILL
+        quality, fixed, slides = found.quality, found.fixed, found.slides
+        if self._settings.guards and travel is not None:
+            if travel.covered:
+                quality, fixed, slides = Quality.MEASURED, True, False
+            elif (travel.rests and quality is Quality.MEASURED
+                    and (fixed or _may_follow_traffic(pair.yaw, times.waited))):
+                quality = Quality.STILL
         return replace(
-            pair, quality=quality, blank=found.blank, fixed=found.fixed, slides=found.slides,
-            travel=travel)
+            pair, quality=quality, blank=found.blank, fixed=fixed, slides=slides, travel=travel)
 
     def correlation_map(self) -> NDArray[np.float32]:
         """

@@ -276,6 +276,29 @@ def test_standing_is_asked_for_before_anything_is_doubted(drive):
     assert estimator.reliability.reliable
 
 
+@pytest.mark.parametrize('contrast', [1.0, 0.15])
+def test_a_cover_that_comes_over_the_view_is_not_a_stop(contrast):
+    """Mud, snow from the roof, or a bag: it hides the scene within a second, and stays."""
+    frames, rng = drive_of(8, Straight(10.0)), np.random.default_rng(4)
+    mud = cv2.GaussianBlur(rng.normal(size=frames[0].shape), (0, 0), 4)
+    mud = 110.0 + contrast * 50.0 / mud.std() * mud
+    shares = np.clip((np.arange(len(frames)) - 40) / 10.0, 0.0, 1.0)
+    seen = [((1.0 - share) * frame + share * mud).astype(np.uint8)
+            for frame, share in zip(frames, shares)]
+    stopped = drive_of(8, Straight(4.0), Straight(6.0, 0.0))
+    seen, stopped = (
+        [sensor_noise(frame, sigma=1.5, seed=number) for number, frame in enumerate(frames)]
+        for frames in (seen, stopped))
+    estimator, updates, _ = followed(seen)
+    assert not estimator.reliability.of_drive.reliable
+    assert 'view_blocked' in estimator.reliability.of_drive.words
+    assert PairStatus.STILL not in statuses(updates)
+    # The same, but the vehicle stops.
+    estimator, updates, _ = followed(stopped)
+    assert estimator.reliability.of_drive.reliable
+    assert statuses(updates[55:])[PairStatus.STILL] == len(updates[55:])
+
+
 def test_a_reset_keeps_what_is_fixed_and_forgets_what_was_in_doubt(drive):
     barred = [overlays.black_bars(frame, sides=0.15) for frame in drive]
     estimator, _, _ = followed([*barred, *[np.zeros_like(barred[0])] * 200])

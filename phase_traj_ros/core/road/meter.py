@@ -62,6 +62,9 @@ class RoadMeter:
         # enough to show that the vehicle stands, and whether it may have since the vehicle stood,
         # or was first seen.
         self._stops, self._rested, self._stays = False, False, True
+        # Time since the blocks did not agree with the road, in seconds, and whether something
+        # covers the view of a vehicle that drives.
+        self._agreed_s, self._covered = math.inf, False
 
     @property
     def needs_every_frame(self) -> bool:
@@ -79,6 +82,7 @@ class RoadMeter:
         self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
         self._stops, self._rested, self._stays = False, False, True
+        self._agreed_s, self._covered = math.inf, False
         self._view.forget()
         self._key = RoadKeyframe()
 
@@ -110,12 +114,14 @@ class RoadMeter:
         self.speed_filter.predict(interval, interval_deviation=interval_deviation)
         self.tilt.predict(interval)
         self._profile.predict(interval)
+        certain = motion is not None and motion.certain
+        self._agreed_s = self._agreed_s + interval if certain else 0.0
         if still or (motion is None and yaw is None):
             # A pair that shows no pitch rate: what it was before fades.
             self._average(0.0, interval)
         if still:
             self.start(frame)
-            return self.speed_filter.stand(interval)
+            return self._halt(interval)
         nod = 0.0
         if motion is not None:
             nod = self._nod(motion, interval)
@@ -221,7 +227,17 @@ class RoadMeter:
         self._key = RoadKeyframe(key.age, agreed=True)
         if key.age >= TUNING.creep_time:
             self._renew(frame)
-        return replace(self.speed_filter.stand(interval), rests=self.speed_filter.braked)
+        return replace(self._halt(interval), rests=not self._covered)
+
+    def _halt(self, interval: float) -> Travel:
+        """Return the distance of a pair in which nothing moves."""
+        speeds = self.speed_filter
+        # No vehicle brakes so hard, but small robots. Where the blocks did not agree with the road
+        # before, they have changed over from the scene to what covers it.
+        self._covered |= speeds.least > 0.0 and self._agreed_s < TUNING.covering_time
+        if self._covered:
+            return replace(speeds.bridge(interval, self._measured), covered=True)
+        return speeds.stand(interval)
 
     def _search_further(self, interval: float) -> list[RoadSlide | None]:
         """Return slides beyond the bounds of the speed, or that of the profile."""
@@ -326,14 +342,16 @@ class RoadMeter:
                     # A vehicle that turns on the spot, or a pattern that is fixed to it, which a
                     # later frame tells apart.
                     return self.speed_filter.bridge(interval, self._measured, turns=True)
-                travel, near = self.speed_filter.stand(interval), self._view.patches[0]
+                travel, near = self._halt(interval), self._view.patches[0]
                 return replace(travel, rests=(
                     key.agreement > TUNING.resting_agreement and near.has_moved
-                    and self.speed_filter.braked))
+                    and not self._covered))
         # However wrong the stamps are, a vehicle does not stop between two frames.
-        halts = best.fixed and self.speed_filter.least * interval > TUNING.fixed_cells * CELL
+        halts = best.fixed and (
+            self._covered or self.speed_filter.least * interval > TUNING.fixed_cells * CELL)
         if best.sudden or halts:
             return self._bridge_keyframe(interval)
+        self._covered = False
         return self._travel(agreeing, interval)
 
     def _travel(self, agreeing: list[RoadSlide], interval: float) -> Travel:
@@ -351,6 +369,8 @@ class RoadMeter:
         tilt = 2.0 * depth * self.tilt.common_deviation
         key.expired = not self._keyframes or key.is_far(distance, interval)
         newest, variance = key.add(distance, own, self.speed_filter, interval)
+        if abs(key.near) < TUNING.covering_share * abs(newest):
+            self._agreed_s = 0.0
         self.speed_filter.add(speed, speed_variance)
         self._measured = Travel(
             newest, variance + (swing ** 2 + tilt ** 2) * newest ** 2, TravelState.MEASURED,

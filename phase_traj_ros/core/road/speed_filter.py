@@ -24,8 +24,6 @@ class SpeedFilter:
         """Its standard deviation."""
         self.known = False
         """Whether a speed has been measured since."""
-        self.braked = True
-        """Whether the vehicle may have braked to its newest stop; else its view was covered."""
         self._unconfirmed: float | None = None
         # Relative standard deviation of the newest interval.
         self._interval_error = 0.0
@@ -105,8 +103,6 @@ class SpeedFilter:
 
     def stand(self, interval: float) -> Travel:
         """Set the speed to 0; return the distance of a standing pair."""
-        if not self.standing:
-            self.braked = self.least == 0.0
         self.speed, self.deviation, self.known = 0.0, 0.0, True
         self._unconfirmed = None
         # A slower slide than this is not visible during the life of a keyframe.

@@ -48,6 +48,8 @@ class Travel:
         Whether another motion is more significant on all of the road, while the vehicle drives.
     rests
         Whether the road is in the same place as before, whatever moves above it.
+    covered
+        Whether something has come over the view of a vehicle that drives.
     """
 
     distance: float
@@ -58,6 +60,7 @@ class Travel:
     scale: float = 0.0
     rivalled: bool = False
     rests: bool = False
+    covered: bool = False
 
     @property
     def known(self) -> bool:

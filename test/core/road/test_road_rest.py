@@ -137,19 +137,32 @@ def test_a_road_that_an_encoder_changes_rests_if_the_blocks_do(agreement, rests)
     assert {travel.rests for travel in stood} == {rests}
 
 
-@pytest.mark.parametrize(('places', 'rests'), [(BRAKING, True), (0.4 * np.arange(1, 17), False)])
-def test_a_lens_that_is_covered_is_not_a_stop(places, rests):
-    """No vehicle stops between two frames: what does not move any more covers the view."""
+@pytest.mark.parametrize(('places', 'agreement', 'covered'), [
+    (0.4 * np.arange(1, 17), 0.4, True), (BRAKING, 0.4, False),
+    # As hard as a small robot brakes, whose blocks agree.
+    (0.4 * np.arange(1, 17), 0.9, False)])
+def test_what_covers_the_view_of_a_vehicle_does_not_stop_it(places, agreement, covered):
+    """No vehicle stops between two frames; the blocks change over from the scene to the cover."""
     dirt = cv2.GaussianBlur(np.random.default_rng(2).normal(size=PINHOLE.shape), (0, 0), 1.5)
 
     def cover(number, frame):
-        if number >= len(places):
+        if len(places) <= number < len(places) + 60:
             frame[:] = 100.0 + 40.0 / dirt.std() * dirt
 
-    covered = [(places[-1], motion(passing=0.0))] * 20
-    travels = travels_of([*driven(places), *covered], cover=cover)
-    assert travels[-1].state is TravelState.STANDING
-    assert travels[-1].rests is rests
+    change = [(places[-1], replace(motion(passing=0.0), agreement=agreement))] * 2
+    later = driven([*places, *places[-1] + 0.4 * np.arange(1, 20)])[len(places):]
+    travels = travels_of([
+        *driven(places), *change, *[(places[-1], motion(passing=0.0))] * 58, *later], cover=cover)
+    hidden = travels[len(places) + 4:len(places) + 60]
+    states = {travel.state for travel in hidden}
+    assert any(travel.covered for travel in hidden) is covered
+    assert states == (
+        {TravelState.BRIDGED, TravelState.UNKNOWN} if covered else {TravelState.STANDING})
+    assert any(travel.rests for travel in hidden) is not covered
+    # The road is seen again.
+    assert travels[-1].state is TravelState.MEASURED
+    assert not travels[-1].covered
+    assert travels[-1].distance == pytest.approx(0.4, rel=0.1)
 
 
 @pytest.mark.parametrize(('passing', 'agreement', 'stands'), [
