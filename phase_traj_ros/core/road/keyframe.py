@@ -26,9 +26,7 @@ class RoadKeyframe:
     agreed: bool = False
     """Whether the blocks agree on the motion of the newest pair..."""
     agreement: float = 0.0
-    """...the share of those that do, 0 if that is one of a turn, ..."""
-    near: float = 0.0
-    """...and its ratio of translation to distance, 0 without one."""
+    """...and the share of those that do, 0 if that is one of a turn."""
     distance: float = 0.0
     """Sum of the distances of the pairs, and its variance."""
     variance: float = 0.0
@@ -40,8 +38,8 @@ class RoadKeyframe:
         near: float | None, agreement: float = 0.0,
     ) -> None:
         """Add the rotation of a pair, and its ratio of translation to distance, if it has one."""
-        self.agreed, self.agreement, self.near = near is not None, agreement, near or 0.0
-        self.passing += self.near
+        self.agreed, self.agreement = near is not None, agreement
+        self.passing += near or 0.0
         self.yaw += yaw
         self.pitch += pitch
         self.roll += roll

@@ -62,8 +62,8 @@ class RoadMeter:
         # enough to show that the vehicle stands, and whether it may have since the vehicle stood,
         # or was first seen.
         self._stops, self._rested, self._stays = False, False, True
-        # Time since the blocks did not agree with the road, in seconds, and whether something
-        # covers the view of a vehicle that drives.
+        # Time since most blocks did not agree, in seconds, and whether something covers the view
+        # of a vehicle that drives.
         self._agreed_s, self._covered = math.inf, False
 
     @property
@@ -232,8 +232,8 @@ class RoadMeter:
     def _halt(self, interval: float) -> Travel:
         """Return the distance of a pair in which nothing moves."""
         speeds = self.speed_filter
-        # No vehicle brakes so hard, but small robots. Where the blocks did not agree with the road
-        # before, they have changed over from the scene to what covers it.
+        # No vehicle brakes so hard, but small robots. Where the blocks did not agree before, they
+        # have changed over from the scene to what covers it.
         self._covered |= speeds.least > 0.0 and self._agreed_s < TUNING.covering_time
         if self._covered:
             return replace(speeds.bridge(interval, self._measured), covered=True)
@@ -369,8 +369,6 @@ class RoadMeter:
         tilt = 2.0 * depth * self.tilt.common_deviation
         key.expired = not self._keyframes or key.is_far(distance, interval)
         newest, variance = key.add(distance, own, self.speed_filter, interval)
-        if abs(key.near) < TUNING.covering_share * abs(newest):
-            self._agreed_s = 0.0
         self.speed_filter.add(speed, speed_variance)
         self._measured = Travel(
             newest, variance + (swing ** 2 + tilt ** 2) * newest ** 2, TravelState.MEASURED,

@@ -98,10 +98,7 @@ class RoadTuning:
     slow vehicles was 0.022 at most where an encoder copied the road, and traffic 0.029 or more."""
     covering_time: float = 1.0
     """Where something comes over the view of a vehicle that drives, the blocks disagree within
-    this time in seconds, or rest while the road still slides: ..."""
-    covering_share: float = 0.03
-    """...their ratio of translation to distance is below this per height of the slide. On
-    motorways it often is; there, only a halt that no vehicle makes shows the cover."""
+    this time in seconds."""
     resting_agreement: float = 0.7
     """An encoder lowers the coherence. A road also rests where its slide is 0 and more than this
     share of the blocks agree that nothing moves: of 400 drops, fewer did in turns."""
