@@ -227,17 +227,17 @@ class RoadMeter:
         self._key = RoadKeyframe(key.age, agreed=True)
         if key.age >= TUNING.creep_time:
             self._renew(frame)
-        return replace(self._halt(interval), rests=not self._covered)
+        return self._halt(interval, rests=True)
 
-    def _halt(self, interval: float) -> Travel:
-        """Return the distance of a pair in which nothing moves."""
+    def _halt(self, interval: float, *, rests: bool = False) -> Travel:
+        """Return the distance of a pair in which nothing moves; for ``rests``, see ``Travel``."""
         speeds = self.speed_filter
-        # No vehicle brakes so hard, but small robots. Where the blocks did not agree before, they
-        # have changed over from the scene to what covers it.
+        # Only small robots brake so hard. Where the blocks did not agree before, they have changed
+        # over from the scene to what covers it.
         self._covered |= speeds.least > 0.0 and self._agreed_s < TUNING.covering_time
         if self._covered:
             return replace(speeds.bridge(interval, self._measured), covered=True)
-        return speeds.stand(interval)
+        return replace(speeds.stand(interval), rests=rests)
 
     def _search_further(self, interval: float) -> list[RoadSlide | None]:
         """Return slides beyond the bounds of the speed, or that of the profile."""
@@ -342,10 +342,9 @@ class RoadMeter:
                     # A vehicle that turns on the spot, or a pattern that is fixed to it, which a
                     # later frame tells apart.
                     return self.speed_filter.bridge(interval, self._measured, turns=True)
-                travel, near = self._halt(interval), self._view.patches[0]
-                return replace(travel, rests=(
-                    key.agreement > TUNING.resting_agreement and near.has_moved
-                    and not self._covered))
+                return self._halt(interval, rests=(
+                    key.agreement > TUNING.resting_agreement
+                    and self._view.patches[0].has_moved))
         # However wrong the stamps are, a vehicle does not stop between two frames.
         halts = best.fixed and (
             self._covered or self.speed_filter.least * interval > TUNING.fixed_cells * CELL)

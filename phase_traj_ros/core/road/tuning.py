@@ -93,15 +93,15 @@ class RoadTuning:
     resting_coherence: float = 0.4
     """A road rests if more than this share of the spectrum of the near patch stays in place. While
     a road moved, it was below 0.35 in 99 % of the pairs of real films."""
+    resting_agreement: float = 0.7
+    """An encoder lowers the coherence. A road also rests where its slide is 0 and more than this
+    share of the blocks agree that nothing moves: of 400 drops, fewer did in turns."""
     creeping: float = 0.025
     """A scene that moves by less between keyframes, as ``passing``, is not close traffic: that of
     slow vehicles was 0.022 at most where an encoder copied the road, and traffic 0.029 or more."""
     covering_time: float = 1.0
     """Where something comes over the view of a vehicle that drives, the blocks disagree within
     this time in seconds."""
-    resting_agreement: float = 0.7
-    """An encoder lowers the coherence. A road also rests where its slide is 0 and more than this
-    share of the blocks agree that nothing moves: of 400 drops, fewer did in turns."""
 
     block_pitch_deviation: float = 0.0006
     """Standard deviation of the pitch from the blocks between two frames, in rad."""
