@@ -21,11 +21,12 @@ from phase_traj_ros.core.road.keyframe import RoadKeyframe
 from phase_traj_ros.core.road.patch_matcher import RoadSlide
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.speed_profile import SpeedProfile
-from phase_traj_ros.core.road.tilt import RoadTilt
+from phase_traj_ros.core.road.standstill import Standstill
 from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.road.tuning import TUNING
 from phase_traj_ros.core.road.view import RoadView
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion, running_mean
+from phase_traj_ros.core.rotation.camera_pitch import CameraPitch
 
 
 class RoadMeter:
@@ -34,7 +35,7 @@ class RoadMeter:
     def __init__(
         self, camera: CameraModel, horizon: Horizon, *, rotate_180: bool = False,
         mask: NDArray[np.float32] | None = None, speed_filter: SpeedFilter | None = None,
-        tilt: RoadTilt | None = None, keyframes: bool = True,
+        pitch: CameraPitch | None = None, keyframes: bool = True,
     ) -> None:
         """
         Make a meter that waits for its first frame.
@@ -42,13 +43,14 @@ class RoadMeter:
         ``camera`` is the model of the upright image, ``horizon`` its prior tilt relative to the
         road. The frames are upside down with ``rotate_180``, and ``mask`` is the weight of each of
         their pixels, (H, W), 0 to 1.
-        ``speed_filter`` holds the prior speed, ``tilt`` the pitch if it is known better. With
-        ``keyframes``, a frame may be compared with an earlier one than its predecessor.
+        ``speed_filter`` holds the prior speed, ``pitch`` the pitch of the camera if it is known
+        better than by the horizon. With ``keyframes``, a frame may be compared with an earlier one
+        than its predecessor.
         """
         self._keyframes = keyframes
         self._horizon = horizon
         self._view = RoadView(camera, horizon, rotate_180=rotate_180, mask=mask)
-        self.tilt = RoadTilt(horizon) if tilt is None else tilt
+        self.pitch = CameraPitch(horizon) if pitch is None else pitch
         """Pitch of the camera relative to the road."""
         self.speed_filter = SpeedFilter() if speed_filter is None else speed_filter
         """Speed of the vehicle."""
@@ -58,13 +60,7 @@ class RoadMeter:
         self._measured = Travel(0.0, 0.0, TravelState.UNKNOWN)
         self._key = RoadKeyframe()
         self._profile = SpeedProfile()
-        # Whether the road rested in the newest pair that was compared, whether it has for long
-        # enough to show that the vehicle stands, and whether it may have since the vehicle stood,
-        # or was first seen.
-        self._stops, self._rested, self._stays = False, False, True
-        # Time since most blocks did not agree, in seconds, and whether something covers the view
-        # of a vehicle that drives.
-        self._agreed_s, self._covered = math.inf, False
+        self._standstill = Standstill(self.speed_filter)
 
     @property
     def needs_every_frame(self) -> bool:
@@ -78,11 +74,10 @@ class RoadMeter:
     def forget(self) -> None:
         """Restart with the next frame; the pitch of the mounting is kept."""
         self.speed_filter.forget()
-        self.tilt.forget_suspension()
+        self.pitch.forget_suspension()
         self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
-        self._stops, self._rested, self._stays = False, False, True
-        self._agreed_s, self._covered = math.inf, False
+        self._standstill.forget()
         self._view.forget()
         self._key = RoadKeyframe()
 
@@ -112,20 +107,19 @@ class RoadMeter:
         self._azimuth = azimuth
         self._roll = self._horizon.roll if roll is None else roll
         self.speed_filter.predict(interval, interval_deviation=interval_deviation)
-        self.tilt.predict(interval)
+        self.pitch.predict(interval)
         self._profile.predict(interval)
-        certain = motion is not None and motion.certain
-        self._agreed_s = self._agreed_s + interval if certain else 0.0
+        self._standstill.predict(interval, certain=motion is not None and motion.certain)
         if still or (motion is None and yaw is None):
             # A pair that shows no pitch rate: what it was before fades.
             self._average(0.0, interval)
         if still:
             self.start(frame)
-            return self._halt(interval)
+            return self._standstill.halt(interval, self._measured)
         nod = 0.0
         if motion is not None:
             nod = self._nod(motion, interval)
-            self.tilt.nod(nod, TUNING.block_pitch_deviation)
+            self.pitch.nod(nod, TUNING.block_pitch_deviation)
             speeds = self.speed_filter
             driven = speeds.speed * max(motion.age, interval)
             if motion.near < 0.0:
@@ -134,7 +128,7 @@ class RoadMeter:
             moves = max(motion.passing, abs(motion.near)) > TUNING.passing
             if moves and (not speeds.known or speeds.doubtful or driven > TUNING.min_slide):
                 travel = motion.travel
-                self.tilt.add(
+                self.pitch.add(
                     self._horizon.pitch_along(travel.course, travel.slope, azimuth=azimuth,
                                               lean=self._view.lean(self._roll)),
                     travel.slope_variance)
@@ -159,10 +153,10 @@ class RoadMeter:
     ) -> Travel:
         """Compare the road with that of the keyframe, or bridge the pair."""
         key, view = self._key, self._view
-        if self.tilt.deviation > TUNING.max_pitch_deviation and key.moves:
+        if self.pitch.deviation > TUNING.max_pitch_deviation and key.moves:
             view.discard()
         else:
-            view.follow(self.tilt.mounting, self._azimuth, may_change=key.age <= interval)
+            view.follow(self.pitch.mounting, self._azimuth, may_change=key.age <= interval)
         if not view.patches or not view.has_keyframe:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured, turns=turns)
@@ -194,26 +188,13 @@ class RoadMeter:
     ) -> Travel | None:
         """Return the distance of a pair if the road rests; None if it must be measured."""
         # The first patch is the near one, if that is in view: traffic mostly covers the far one.
-        near, key, rested = self._view.patches[0], self._key, self._rested
-        speeds = self.speed_filter
-        self._stays |= speeds.standing
-        # What recedes may be traffic that drives off, and so may be what moves as a vehicle stops,
-        # unless all creeps: then an encoder may have copied the road of a slow vehicle.
-        stops = speeds.standing or (
-            (speeds.may_stand or self._stops) and not (passes or key.creeps))
-        rests = ((stops and near.has_moved) or (key.recedes and self._stays)) and near.rests()
-        self._stops = rests and not passes
-        self._stays &= rests or not key.recedes
-        self._rested = rested and self._stops
-        if not rests:
+        near, key, standstill = self._view.patches[0], self._key, self._standstill
+        if not standstill.rests(near, key, passes=passes):
             return None
         if passes:
-            # The patch shows the vehicle or its load, unless this is an error of a single pair.
-            if not rested:
-                self.speed_filter.forget()
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured, turns=turns)
-        if self._rested or key.age >= TUNING.standing_time:
+        if standstill.lasts or key.age >= TUNING.standing_time:
             return self._stand(frame, interval)
         return self._bridge_keyframe(interval) if key.moves else None
 
@@ -221,23 +202,13 @@ class RoadMeter:
         """Return the distance of a pair in which the road rests, whatever the blocks show."""
         key = self._key
         # The camera has not turned since the keyframe: what turns is traffic.
-        self.tilt.nod(-key.nod, 0.0)
+        self.pitch.nod(-key.nod, 0.0)
         self._mean_pitch_rate = 0.0
-        self._rested = True
+        self._standstill.lasts = True
         self._key = RoadKeyframe(key.age, agreed=True)
         if key.age >= TUNING.creep_time:
             self._renew(frame)
-        return self._halt(interval, rests=True)
-
-    def _halt(self, interval: float, *, rests: bool = False) -> Travel:
-        """Return the distance of a pair in which nothing moves; for ``rests``, see ``Travel``."""
-        speeds = self.speed_filter
-        # Only small robots brake so hard. Where the blocks did not agree before, they have changed
-        # over from the scene to what covers it.
-        self._covered |= speeds.least > 0.0 and self._agreed_s < TUNING.covering_time
-        if self._covered:
-            return replace(speeds.bridge(interval, self._measured), covered=True)
-        return replace(speeds.stand(interval), rests=rests)
+        return self._standstill.halt(interval, self._measured, rests=True)
 
     def _search_further(self, interval: float) -> list[RoadSlide | None]:
         """Return slides beyond the bounds of the speed, or that of the profile."""
@@ -342,15 +313,16 @@ class RoadMeter:
                     # A vehicle that turns on the spot, or a pattern that is fixed to it, which a
                     # later frame tells apart.
                     return self.speed_filter.bridge(interval, self._measured, turns=True)
-                return self._halt(interval, rests=(
+                return self._standstill.halt(interval, self._measured, rests=(
                     key.agreement > TUNING.resting_agreement
                     and self._view.patches[0].has_moved))
         # However wrong the stamps are, a vehicle does not stop between two frames.
         halts = best.fixed and (
-            self._covered or self.speed_filter.least * interval > TUNING.fixed_cells * CELL)
+            self._standstill.covered
+            or self.speed_filter.least * interval > TUNING.fixed_cells * CELL)
         if best.sudden or halts:
             return self._bridge_keyframe(interval)
-        self._covered = False
+        self._standstill.covered = False
         return self._travel(agreeing, interval)
 
     def _travel(self, agreeing: list[RoadSlide], interval: float) -> Travel:
@@ -364,8 +336,8 @@ class RoadMeter:
         time = interval if self.speed_filter.known else key.age
         speed = (distance - key.distance) / time
         speed_variance = (own + key.variance) / (time * time)
-        swing = 2.0 * depth * self.tilt.swing_deviation
-        tilt = 2.0 * depth * self.tilt.common_deviation
+        swing = 2.0 * depth * self.pitch.swing_deviation
+        tilt = 2.0 * depth * self.pitch.common_deviation
         key.expired = not self._keyframes or key.is_far(distance, interval)
         newest, variance = key.add(distance, own, self.speed_filter, interval)
         self.speed_filter.add(speed, speed_variance)
@@ -380,7 +352,7 @@ class RoadMeter:
             each for each in found
             if abs(each.distance - best.distance) <= TUNING.slide_gate * math.hypot(
                 each.deviation, best.deviation,
-                2.0 * (each.depth - best.depth) * self.tilt.deviation * best.distance)]
+                2.0 * (each.depth - best.depth) * self.pitch.deviation * best.distance)]
 
     def _compare(self, near: RoadSlide, far: RoadSlide) -> None:
         """Estimate the pitch from the slides of the near and the far patch."""
@@ -388,7 +360,7 @@ class RoadMeter:
             return
         # A change of the pitch moves the far road more than the near road, in the same direction.
         nod = (far.depth ** 2 - near.depth ** 2) * TUNING.block_pitch_deviation
-        self.tilt.add_slides(
+        self.pitch.add_slides(
             far.raw / near.raw, far.depth - near.depth,
             (nod ** 2 + 2.0 * (TUNING.peak_cells * CELL) ** 2) / near.raw ** 2,
             assumed=self._view.pitch - self._key.nod)
@@ -400,7 +372,7 @@ class RoadMeter:
         The slide is that since a frame with the pitch before the ``nod``, as the newest frame is
         rotated to it.
         """
-        return self._view.slide_scale(depth, self.tilt.current + nod)
+        return self._view.slide_scale(depth, self.pitch.current + nod)
 
     def _bridge_keyframe(self, interval: float) -> Travel:
         """Bridge a pair whose distance is measured with a later frame."""

@@ -66,17 +66,17 @@ class RoadCamera:
         if form == self._form and before is not None:
             before.use_mask(camera.pixel_weights)
             return before
-        speeds = tilt = None
+        speeds = pitch = None
         if self._form is not None and before is not None:
             speeds = before.speed_filter
             speeds.deviation += TUNING.lens_change_error * abs(speeds.speed)
             # The column of the principal point alone does not change the pitch.
             if lens.horizon == self._form[0].horizon:
-                tilt = before.tilt
+                pitch = before.pitch
         self._form, self._meter = form, RoadMeter(
             camera.model, lens.horizon.with_given(pitch_deg=self._pitch_deg),
             rotate_180=camera.rotate_180, mask=camera.pixel_weights, speed_filter=speeds,
-            tilt=tilt, keyframes=self._keyframes)
+            pitch=pitch, keyframes=self._keyframes)
         if self._newest is not None and self._newest.shape == frame.shape:
             self._meter.start(self._newest, camera.roll.on_road)
         return self._meter

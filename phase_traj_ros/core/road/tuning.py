@@ -119,13 +119,6 @@ class RoadTuning:
     """Least roll relative to that of the patches that is removed from them."""
     min_slide: float = 0.1
     """Least slide of a pair for the estimation of the pitch."""
-    suspension_pitch: float = math.radians(0.5)
-    """Pitch of the suspension, and of a road that bends: standard deviation in rad, and..."""
-    suspension_time: float = 1.0
-    """...correlation time in seconds."""
-    common_pitch_error: float = 0.0015
-    """Error of the measured pitch that does not average out, in rad: the road is not a plane, and
-    the principal point has an error."""
 
     profile_step: float = 0.25
     """Step of the speeds of a profile, in camera heights per second."""

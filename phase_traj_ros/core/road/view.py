@@ -104,6 +104,6 @@ class RoadView:
         """
         Return the factor by which slides at a ``depth`` are too large, at another ``pitch``.
 
-        See ``tilt``.
+        See ``camera_pitch``.
         """
         return math.exp(2.0 * depth * (pitch - self.pitch))

@@ -147,6 +147,15 @@ class YawTuning:
     max_roll: float = math.radians(70.0)
     """Largest roll that is taken for one."""
 
+    # The pitch of the camera relative to the road.
+    suspension_pitch: float = math.radians(0.5)
+    """Pitch of the suspension, and of a road that bends: standard deviation in rad, and..."""
+    suspension_time: float = 1.0
+    """...correlation time in seconds."""
+    common_pitch_error: float = 0.0015
+    """Error of the measured pitch that does not average out, in rad: the road is not a plane, and
+    the principal point has an error."""
+
     # The shift of the image as a whole, by phase correlation.
     shift_px_per_rad: float = 288.0
     """A picture with more pixels per radian is correlated at half its size."""

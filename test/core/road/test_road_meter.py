@@ -87,7 +87,7 @@ def test_it_stands_before_the_pitch_is_known():
         assert travel.known and abs(travel.distance) < CELL
         assert index < 4 or travel.state is TravelState.STANDING
     # It has told nothing of the pitch, without which a road that moves is not measured.
-    assert meter.tilt.deviation == pytest.approx(Horizon().pitch_deviation, rel=0.05)
+    assert meter.pitch.deviation == pytest.approx(Horizon().pitch_deviation, rel=0.05)
     driving = meter.update(road.seen(1.0), 0.1, replace(motion(passing=0.05), travel=doubt))
     assert driving.state is not TravelState.MEASURED
 
@@ -165,7 +165,7 @@ def test_slides_tell_the_pitch_only_in_the_direction_of_the_blocks(passing):
         # The slope of the direction of travel is that of a level camera, and uncertain.
         blocks = replace(motion(passing=passing), travel=FocusOfExpansion(slope_variance=1.0))
         meter.update(road.seen(-0.3 * number), 0.1, blocks)
-    assert (meter.tilt.mounting > 0.008) == (passing < 0.0)
+    assert (meter.pitch.mounting > 0.008) == (passing < 0.0)
 
 
 def test_what_slides_ahead_is_no_road_in_reverse():

@@ -84,8 +84,8 @@ def test_the_near_and_the_far_road_tell_the_pitch_as_surely_as_they_say():
             meter.update(
                 road.seen(0.5 * index, pitch=0.0004 * rng.normal()), 0.1,
                 CameraMotion(0.0, 0.0, 0.0, blind, 100.0, 1.0, 1e-8, 0.05, near=0.05))
-        assert meter.tilt.deviation < math.radians(0.5)
-        errors.append((meter.tilt.current - pitch) / meter.tilt.deviation)
+        assert meter.pitch.deviation < math.radians(0.5)
+        errors.append((meter.pitch.current - pitch) / meter.pitch.deviation)
     assert 0.2 < np.sqrt(np.mean(np.square(errors))) < 1.5
 
 
@@ -94,8 +94,8 @@ def test_an_error_of_the_pitch_counts_by_twice_the_distance_of_the_road():
     road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon())
     meter.start(road.seen(0.0))
     travel = meter.update(road.seen(0.5), 0.1, motion())
-    for share, deviation in ((travel.swing, meter.tilt.swing_deviation),
-                             (travel.tilt, meter.tilt.common_deviation)):
+    for share, deviation in ((travel.swing, meter.pitch.swing_deviation),
+                             (travel.tilt, meter.pitch.common_deviation)):
         assert near[0] < share / deviation / 2.0 < far[1]
     # The rest is that of the peak.
     assert 0.0 < math.sqrt(travel.own_variance) < CELL

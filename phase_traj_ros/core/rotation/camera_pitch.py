@@ -15,14 +15,14 @@ import math
 
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.swaying_angle import SwayingAngle
-from phase_traj_ros.core.road.tuning import TUNING
+from phase_traj_ros.core.rotation.tuning import TUNING
 
 
-class RoadTilt(SwayingAngle):
+class CameraPitch(SwayingAngle):
     """Estimates the pitch, positive down, with a Kalman filter over mounting and suspension."""
 
     def __init__(self, horizon: Horizon) -> None:
-        """Start with a prior tilt."""
+        """Start with the prior pitch of a ``horizon``."""
         super().__init__(horizon.pitch, deviation=horizon.pitch_deviation,
                          sway_deviation=TUNING.suspension_pitch)
 

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 from phase_traj_ros.core.camera.horizon import Horizon
-from phase_traj_ros.core.road.tilt import RoadTilt
-from phase_traj_ros.core.road.tuning import TUNING
+from phase_traj_ros.core.rotation.camera_pitch import CameraPitch
+from phase_traj_ros.core.rotation.tuning import TUNING
 import pytest
 
 
@@ -23,13 +23,13 @@ def driven(tilt, pitches, *, slope_error=0.004, slides=False, seed=1):
 
 @pytest.mark.parametrize('pitch', [-0.05, 0.0, 0.02, 0.1])
 def test_it_finds_the_mounting_within_seconds(pitch):
-    tilt = driven(RoadTilt(Horizon()), [pitch] * 60)
+    tilt = driven(CameraPitch(Horizon()), [pitch] * 60)
     assert tilt.mounting == pytest.approx(pitch, abs=0.003)
     assert tilt.deviation < 0.005
 
 
 def test_near_and_far_road_tell_as_well():
-    tilt = RoadTilt(Horizon(pitch_deviation=0.02))
+    tilt = CameraPitch(Horizon(pitch_deviation=0.02))
     rng = np.random.default_rng(2)
     for _ in range(200):
         tilt.predict(0.1)
@@ -39,7 +39,7 @@ def test_near_and_far_road_tell_as_well():
 
 
 def test_it_follows_the_springs_and_keeps_the_mounting():
-    tilt = driven(RoadTilt(Horizon()), [0.01] * 200, slides=True)
+    tilt = driven(CameraPitch(Horizon()), [0.01] * 200, slides=True)
     braking = driven(tilt, [0.02] * 15, slides=True)
     assert braking.current == pytest.approx(0.02, abs=0.005)
     assert braking.mounting == pytest.approx(0.01, abs=0.004)
@@ -47,19 +47,19 @@ def test_it_follows_the_springs_and_keeps_the_mounting():
 
 @pytest.mark.parametrize('given_deg', [0.0, 4.0, -4.0])
 def test_a_pitch_that_was_given_wrong_is_mended(given_deg):
-    tilt = driven(RoadTilt(Horizon().with_given(pitch_deg=given_deg)), [0.01] * 200)
+    tilt = driven(CameraPitch(Horizon().with_given(pitch_deg=given_deg)), [0.01] * 200)
     assert tilt.mounting == pytest.approx(0.01, abs=0.003)
 
 
 def test_one_wild_value_hardly_counts():
-    tilt = driven(RoadTilt(Horizon()), [0.01] * 100)
+    tilt = driven(CameraPitch(Horizon()), [0.01] * 100)
     before = tilt.current
     tilt.add(0.5, 0.004 ** 2)
     assert tilt.current == pytest.approx(before, abs=0.006)
 
 
 def test_a_measured_nod_moves_the_pitch_by_as_much():
-    tilt = driven(RoadTilt(Horizon()), [0.01] * 100)
+    tilt = driven(CameraPitch(Horizon()), [0.01] * 100)
     before, deviation = tilt.current, tilt.deviation
     tilt.nod(0.01, 0.003)
     assert tilt.current == pytest.approx(before - 0.01)
@@ -67,7 +67,7 @@ def test_a_measured_nod_moves_the_pitch_by_as_much():
 
 
 def test_what_is_not_measured_becomes_uncertain():
-    tilt = driven(RoadTilt(Horizon()), [0.01] * 100, slides=True)
+    tilt = driven(CameraPitch(Horizon()), [0.01] * 100, slides=True)
     sure = tilt.swing_deviation
     tilt.predict(5.0)
     mounted = tilt.common_deviation
@@ -82,7 +82,7 @@ def test_what_is_not_measured_becomes_uncertain():
 
 
 def test_both_parts_make_up_the_error_of_their_sum():
-    tilt = driven(RoadTilt(Horizon()), [0.01] * 100, slides=True)
+    tilt = driven(CameraPitch(Horizon()), [0.01] * 100, slides=True)
     parts = math.hypot(tilt.swing_deviation, tilt.common_deviation)
     assert parts == pytest.approx(math.hypot(tilt.deviation, TUNING.common_pitch_error))
     # Only the sum is measured: nobody knows which of the two it was.
@@ -95,7 +95,7 @@ def test_the_pitch_scatters_as_it_says(interval):
     kept = math.exp(-interval / 1.0)
     for _ in range(150):
         mounting, springs = rng.normal(0.0, np.radians((2.0, 0.4)))
-        tilt = RoadTilt(Horizon(pitch_deviation=math.radians(2.0)))
+        tilt = CameraPitch(Horizon(pitch_deviation=math.radians(2.0)))
         for _ in range(round(4.0 / interval)):
             springs = kept * springs + rng.normal(
                 0.0, math.radians(0.4) * math.sqrt(1.0 - kept * kept))
@@ -108,7 +108,7 @@ def test_the_pitch_scatters_as_it_says(interval):
 def test_a_value_counts_the_less_the_farther_it_is_off():
     """Beyond two standard deviations, twice as far off moves the estimate half as far."""
     def moved(off):
-        tilt = driven(RoadTilt(Horizon()), [0.0] * 100)
+        tilt = driven(CameraPitch(Horizon()), [0.0] * 100)
         before, spread = tilt.current, math.hypot(tilt.deviation, 0.004)
         tilt.add(before + off * spread, 0.004 ** 2)
         return (tilt.current - before) / spread
@@ -123,7 +123,7 @@ def test_a_single_value_makes_the_pitch_as_sure_as_it_says(by):
     rng, errors = np.random.default_rng(9), []
     for _ in range(1500):
         pitch = np.radians((1.0, 0.4)) @ rng.normal(size=2)
-        tilt = RoadTilt(Horizon(pitch_deviation=math.radians(1.0)))
+        tilt = CameraPitch(Horizon(pitch_deviation=math.radians(1.0)))
         value = pitch + 0.01 * rng.normal()
         if by == 'travel':
             tilt.add(value, 0.01 ** 2)
@@ -137,7 +137,7 @@ def test_a_single_value_makes_the_pitch_as_sure_as_it_says(by):
 def test_the_load_of_a_vehicle_changes_the_mounting_by_so_much_and_no_more():
     deviations = []
     for seconds in (0.0, 600.0, 36_000.0):
-        tilt = RoadTilt(Horizon(pitch_deviation=0.001))
+        tilt = CameraPitch(Horizon(pitch_deviation=0.001))
         tilt.predict(seconds)
         # The springs forget, the mounting does not.
         tilt.predict(5.0)
