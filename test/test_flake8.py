@@ -8,7 +8,6 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 # Not the whole folder: it may contain environments and builds.
-# Not the whole folder: it may contain environments and builds.
 SOURCES = [
     name for name in ('setup.py', 'phase_traj_ros', 'test', 'launch', 'benchmarks', 'tools')
     if (ROOT / name).exists()]
