@@ -26,9 +26,13 @@ from phase_traj_ros.tasks.evaluation.scores import way_along
 _RATE_FACTORS = (23, 28, 33, 38)
 
 _INTRODUCTION = """
-    This page shows what the compression of a film does to the
-    [distance](../explanation/distance.md), of which an encoder copies most of the road from frame
-    to frame.
+    This page shows how the compression of a video affects the
+    [distance](../explanation/distance.md). The encoder copies most of the road from frame to
+    frame.
+
+    Up to a factor of 28, the distance changes by about 1 % or less, in one clip of half size by 3
+    %. With stronger compression, it mostly becomes too short; what is off by more than 6 % is
+    always called unreliable.
 
     The frames of real clips and of rendered drives are encoded with x264 at several constant rate
     factors (23 is its default), in full size and in half of it. The calibration of the camera and

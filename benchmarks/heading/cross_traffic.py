@@ -30,6 +30,10 @@ _WRONG_DEG = 2.0
 _INTRODUCTION = """
     This page shows what lorries that cross close in front of a standing vehicle do to the heading.
 
+    With `auto`, the lorry turns the heading in one of the drives at 5 Hz, and in none at 10 and 30
+    Hz. Where traffic is not recognised, it does so in a third to two thirds of them. The turn
+    after the lorry is measured correctly in all.
+
     The camera ({width}×{height} px, {hfov:.0f}°, known) drives along a rendered street at 8 m/s,
     stands for {standing:.0f} s, and leaves with a turn of 90°. While it stands, a lorry crosses:
     a textured board that covers 30 to 75 % of the height and 40 to 160 % of the width of the

@@ -93,8 +93,8 @@ _REAL_TEXT = """
     The peer tracks 1000 OpenCV corners and estimates an essential matrix with the full
     calibration. Both methods take turns on the same frames, each on one thread. Neither measures
     the distance (`code_source: heading`), so that their times can be compared. In the first second
-    of both clips, features and blocks differ alike from the truth, by 1.2° and 0.7°: that is the
-    error of the truth.
+    of both clips, both methods differ from the true heading by the same 1.2° and 0.7°, so it is
+    the true one that is wrong.
     """
 _CAMERAS_TEXT = """
     With small cameras, a part of the error comes from the renderer, which samples the scene at

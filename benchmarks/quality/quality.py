@@ -42,11 +42,12 @@ _INTRODUCTION = """
     recovers nearly all of them, except those that the fixed noise of a sensor disturbs.
 
     The paper judges every pair by its shift, so a covered lens, a scene cut or a stop at a red
-    light is coded as driving straight on. The tests are off in `config/paper.yaml` and on in
-    `config/vehicle.yaml`. Each candidate was tried on the same pairs: the clips of the KITTI
-    odometry benchmark where they are available, and rendered drives (`phase_traj_ros.synthetic`),
-    some of them along the true poses of KITTI drives. In the curves, lower left is better, and the
-    circle marks the chosen test.
+    light is coded as driving straight on. The tests are off in `config/paper.yaml`.
+    `config/vehicle.yaml` turns on the test for a standing vehicle; the others are
+    `shift.min_significance` and `shift.look_past_zero`. Each candidate was tried on the same
+    pairs: the clips of the KITTI odometry benchmark where they are available, and rendered drives
+    (`phase_traj_ros.synthetic`), some of them along the true poses of KITTI drives. In the curves,
+    lower left is better, and the circle marks the chosen test.
 
     Written by `benchmarks/quality/quality.py` with {versions}.
     """

@@ -77,9 +77,9 @@ def add_parameters(parser: ArgumentParser) -> None:
         '-p', '--param', metavar='NAME:=VALUE', action='append', default=[],
         help='set one parameter; overrides --params; may be repeated')
     parser.add_argument(
-        '--speed-topic', metavar='TOPIC', default=DEFAULT_SPEED_TOPIC,
+        '--speed-topic', metavar='TOPIC',
         help='topic of a bag with the speed as TwistStamped, TwistWithCovarianceStamped or'
-             f' Odometry, for use_speed_topic (default {DEFAULT_SPEED_TOPIC})')
+             f' Odometry; sets use_speed_topic (default, if that is set: {DEFAULT_SPEED_TOPIC})')
     parser.add_argument(
         '--one-pass', action='store_true',
         help='learn an unknown camera during the replay, as the node does (default: learn it'
@@ -104,7 +104,8 @@ def request_of(
 ) -> ReplayRequest:
     """Return the request to replay ``source``; options have the names of its fields."""
     names = {each.name for each in fields(ReplayRequest)}
-    given = {name: value for name, value in vars(options).items() if name in names}
+    given = {name: value for name, value in vars(options).items()
+             if name in names and value is not None}
     params = (find_params_file(options.params).absolute(),) if options.params else ()
     return ReplayRequest(**{
         **given, 'source': source, 'parameters': parameters_of(options),
@@ -119,4 +120,6 @@ def parameters_of(options: Namespace) -> Parameters:
     values = dict(map(parse_assignment, options.param))
     if options.threshold is not None:
         values['threshold'] = options.threshold
+    if options.speed_topic is not None:
+        values['use_speed_topic'] = True
     return parameters.with_values(values)

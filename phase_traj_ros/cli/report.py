@@ -92,7 +92,7 @@ def _warnings(result: Replay) -> Iterator[str]:
             (result.counters.dropped, 'frames dropped, as their stamps are out of order'),
             (result.counters.time_resets, 'new starts of the codes, as the stamps jumped'),
             (sum(update.cut for update in result.updates), 'cuts to a new scene'),
-            (result.counters.unmeasured, 'pairs with nothing to correlate'),
+            (result.counters.unmeasured, 'pairs that could not be measured'),
             (result.counters.reprimed, 'changes of the size or the type of the frames'),
             (result.pairs_without_speed, 'pairs without a speed, which add no distance')):
         if count:

@@ -4,7 +4,7 @@
 The method: frames in, codes and trajectory out.
 
 The core depends neither on ROS nor on files. ``TrajectoryEstimator`` takes each frame through four
-steps: ``frames.prepare`` (check and convert it), ``measuring`` (compare it with the previous one),
+steps: ``frames.prepare`` (check and convert it), ``measuring`` (compare it with earlier ones),
 ``judge`` (its status and quality) and ``integration`` (heading, codes, distance, path).
 ``FrameStream`` feeds it the frames of a camera as they arrive, late and broken ones included.
 """

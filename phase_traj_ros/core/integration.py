@@ -166,6 +166,7 @@ class Integration:
         assert newest is not None and heading is not None
         ahead = heading.foresee(waited_ns * 1e-9)
         status = PairStatus.STILL if newest.status is PairStatus.STILL else PairStatus.OK
+        self.counters.count(status)
         step = self.coder.code(status, 0.0, ahead, interval_ns * 1e-9)
         share = waited_ns / newest.interval_ns
         travel = newest.travel and newest.travel.part(share * newest.travel.distance, share)

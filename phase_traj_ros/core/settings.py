@@ -77,13 +77,17 @@ class EstimatorSettings:
     connectivity: int = 4
     """Number of directions to which the heading is quantised: 4, or 8 for Freeman's codes."""
     path_from: PathSource = PathSource.AUTO
-    """Source of the path; HEADING requires a lens."""
+    """Source of the path."""
     speed: float = 0.0
-    """Constant speed of the vehicle in metres per second; 0 if unknown. Requires a lens."""
+    """
+    Constant speed of the vehicle in metres per second; 0 if unknown.
+
+    It, the next two and a path from the heading require a lens, unless ``code_source`` is AUTO.
+    """
     awaits_speeds: bool = False
-    """Whether ``TrajectoryEstimator.add_speed`` provides speeds. Requires a lens."""
+    """Whether ``TrajectoryEstimator.add_speed`` provides speeds."""
     camera_height: float = 0.0
-    """Height of the camera above the road in metres; 0 if unknown. Requires a lens."""
+    """Height of the camera above the road in metres; 0 if unknown."""
     camera_height_deviation: float = 0.04
     """Standard deviation of the height, as a fraction of it."""
     camera_pitch_deg: float = 0.0

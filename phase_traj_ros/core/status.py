@@ -15,7 +15,7 @@ class PairStatus(Enum):
     TURNING = 'turning'
     """Measured or foreseen: a turn that began earlier continues."""
     STILL = 'still'
-    """The vehicle is stationary: only noise and traffic move in the image."""
+    """The vehicle stands: the road does not move, or only noise and traffic move in the image."""
     NO_MEASUREMENT = 'no_measurement'
     """The two frames are unrelated, or one of them has no content."""
     GAP = 'gap'
@@ -23,7 +23,8 @@ class PairStatus(Enum):
     REPRIMED = 'reprimed'
     """The size or encoding of the frames or a setting changed, so the pair cannot be compared."""
     REPEATED = 'repeated'
-    """Both frames show the same picture: nothing is measured, the next pair covers the time."""
+    """Both frames show the same image, or are less than 2 ms apart: nothing is measured, the next
+    pair covers the time."""
 
     @property
     def judged(self) -> bool:

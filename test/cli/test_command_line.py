@@ -235,6 +235,7 @@ def test_a_process_ends_with_the_status_and_the_line():
     (['{folder}', '--start', '60'], 'no frame is selected'),
     (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory needs at least two'),
     (['{folder}', '--fps', '0'], 'fps must be'),
+    (['{folder}', '--speed-topic', '/speed'], 'is not a bag and has no speeds'),
     (['{folder}', '--params', '/does/not/exist.yaml'], 'there is no parameter file'),
     (['{folder}', '-p', 'threshold=3'], 'write NAME:=VALUE'),
     (['{folder}', '-p', 'threshold:=3'], 'such as 3.0'),

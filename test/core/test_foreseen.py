@@ -175,6 +175,18 @@ def test_a_camera_that_stops_stamping_is_frozen_after_a_second():
     assert Reason.FROZEN in estimator.reliability.reasons
 
 
+def test_the_counters_count_foreseen_frames():
+    drive, frames = corner()
+    rng = np.random.default_rng(3)
+    noisy = (frames[0] + rng.normal(0.0, 2.0, (60, *frames[0].shape)).round()).clip(0, 255)
+    estimator = estimating()
+    updates = [estimator.update(frame, stamp) for frame, stamp in zip(
+        noisy.astype(np.uint8), drive.stamps_ns.tolist())][1:]
+    still = [update for update in updates if update.status is PairStatus.STILL]
+    assert any(update.heading.foreseen > 0.0 for update in still)
+    assert estimator.counters.still == len(still)
+
+
 def test_a_turn_has_the_numbers_of_its_frames():
     drive, _ = corner()
     estimator, _ = run()

@@ -80,8 +80,8 @@ class CameraInUse:
             return f'{seen}, from the parameters{aside}'
         if self.interval_px is None:
             return f'{seen}, assumed until a turn determines it'
-        least, most = self.interval_px
+        (least, most), pitch = self.interval_px, round(self.pitch_deg, 1)
         turns = '1 part of a turn' if self.turns == 1 else f'{self.turns} parts of turns'
         return (
             f'{seen} (90 %: {least:.4g} to {most:.4g}), learned from {turns}; pitch'
-            f' {abs(self.pitch_deg):.1f} deg {"down" if self.pitch_deg >= 0 else "up"}')
+            f' {abs(pitch)} deg {"down" if pitch >= 0 else "up"}')
