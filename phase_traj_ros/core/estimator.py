@@ -338,5 +338,5 @@ class TrajectoryEstimator:
         """Measure the heading with a lens from now on."""
         camera = YawCamera(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
-            learning=learning, keyframes=self._settings.keyframes)
+            learning=learning)
         self._integration.heading, self._meter.camera = VisualCompass(camera), camera

@@ -104,8 +104,7 @@ class PairMeter:
         self._format: tuple[tuple[int, ...], str, str] | None = None
         self._cuts = CutDetector()
         self._guard = FixedGuard(enabled=settings.guards)
-        self._road = RoadCamera(
-            pitch_deg=settings.camera_pitch_deg, keyframes=settings.keyframes)
+        self._road = RoadCamera(pitch_deg=settings.camera_pitch_deg)
         self._rebuild()
 
     @property

@@ -24,7 +24,6 @@ _FIXED = {
     'camera_height': 'the height of the camera',
     'camera_height_deviation': 'the deviation of that height',
     'camera_pitch_deg': 'the pitch of the camera',
-    'keyframes': 'whether there are keyframes',
     'code_step': 'the length of the links',
     'lens': 'the lens (see use_lens)',
     'max_speeds': 'the number of speeds to keep'}
@@ -98,8 +97,6 @@ class EstimatorSettings:
     """Conditions for a measured pair; None accepts all pairs, as in the paper."""
     stillness: StillnessSettings | None = None
     """Conditions for a standing vehicle; None disables the detection, as in the paper."""
-    keyframes: bool = True
-    """Whether frames are compared with keyframes; False, with the previous frame, to compare."""
     max_speeds: int | None = None
     """Number of speeds to keep; None keeps all."""
     max_runs: int | None = None

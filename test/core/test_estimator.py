@@ -162,7 +162,7 @@ def test_the_papers_settings_need_no_lens():
 @pytest.mark.parametrize('change', [
     {'code_source': CodeSource.HEADING}, {'path_from': PathSource.HEADING},
     {'code_source': CodeSource.HEADING, 'connectivity': 8}, {'lens': Lens(hfov_deg=80.0)},
-    {'speed': 1.0}, {'max_speeds': 5}, {'keyframes': False}])
+    {'speed': 1.0}, {'max_speeds': 5}])
 def test_what_is_settled_at_the_start_cannot_change(change):
     estimator = TrajectoryEstimator()
     feed(estimator, [FRAME, FRAME, TURNED])

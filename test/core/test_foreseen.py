@@ -83,8 +83,6 @@ def test_most_frames_at_60_hz_need_neither_transform_nor_search(monkeypatch):
     often, seldom = counted(monkeypatch), counted(monkeypatch, every=6)
     assert often['searches'] < 0.5 * seldom['searches']
     assert often['transforms'] < 0.5 * seldom['transforms']
-    # Without keyframes, for comparison, every frame is measured.
-    assert counted(monkeypatch, keyframes=False)['searches'] >= 0.95
 
 
 def test_every_frame_is_measured_at_10_hz(monkeypatch):

@@ -50,7 +50,9 @@ def test_the_rule_of_the_paper_codes_a_shift_whatever_the_yaw():
 
 
 def turning(yaw=0.02, quality=Quality.MEASURED, among=0.8, **options):
-    measured = YawMeasurement(Shift(0.2, 0.0, 0.2), yaw, refined=True, agreement=among)
+    motion = CameraMotion(
+        yaw, 0.0, 0.0, FocusOfExpansion(), 100.0 * among, among, 1e-6, passing=0.0)
+    measured = YawMeasurement(Shift(0.2, 0.0, 0.2), yaw, among, motion)
     return Comparison(None, measured, quality, measured.shift, agreement=0.8, **options)
 
 

@@ -99,7 +99,7 @@ class FixedGuard:
         turns = (
             yaw is not None and yaw.yaw is not None
             and abs(yaw.yaw) > ROAD.driving_yaw_rate * interval
-            and (yaw.certain or (yaw.refined and before * yaw.yaw > 0.0
+            and (yaw.certain or (yaw.motion is not None and before * yaw.yaw > 0.0
                                  and abs(before) > ROAD.driving_yaw_rate)))
         return not (self._areas.only_horizon_unchanged or (turns and self._areas.moving))
 
@@ -108,7 +108,7 @@ class FixedGuard:
         # A scene that passes by is not fixed, however little of the image moves.
         passes = yaw.certain and yaw.motion is not None and yaw.motion.passing > TUNING.min_passing
         return not self._areas.sufficient or (
-            not passes and self._areas.doubts(shift, agreed=yaw.refined))
+            not passes and self._areas.doubts(shift, agreed=yaw.motion is not None))
 
     def _slides(self, yaw: YawMeasurement, speed: float | None) -> bool:
         """Return whether the road slides by at this speed, and most blocks agree on one motion."""

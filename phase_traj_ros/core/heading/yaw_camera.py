@@ -32,7 +32,7 @@ class YawCamera:
 
     def __init__(
         self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
-        learning: SelfCalibration | None = None, keyframes: bool = True,
+        learning: SelfCalibration | None = None,
     ) -> None:
         """
         Make a camera. The first frame sets the size of the frames.
@@ -48,11 +48,8 @@ class YawCamera:
         learning
             Self-calibration, if ``lens`` is not all that is to be known. What it finds replaces
             ``lens``.
-        keyframes
-            Whether a frame may be compared with an earlier one than its predecessor.
 
         """
-        self._keyframes = keyframes
         self.lens = self.given = lens
         """Lens in use, and the one that was given or assumed before anything was learned."""
         self._learning = learning
@@ -296,7 +293,7 @@ class YawCamera:
         # Another column of the principal point does not change the pitch.
         before = self._meter if lens.horizon == self.lens.horizon else None
         meter = YawMeter(
-            projection, mask=self._weights.mask, keyframes=self._keyframes,
+            projection, mask=self._weights.mask,
             mounting=Mounting(lens.horizon) if before is None else before.mounting,
             roll=self.roll.with_mounting(lens.horizon) if before is None else before.roll)
         if self._weights.keep_for(frame.shape):

@@ -35,7 +35,7 @@ class RoadMeter:
     def __init__(
         self, camera: CameraModel, horizon: Horizon, *, rotate_180: bool = False,
         mask: NDArray[np.float32] | None = None, speed_filter: SpeedFilter | None = None,
-        pitch: CameraPitch | None = None, keyframes: bool = True,
+        pitch: CameraPitch | None = None,
     ) -> None:
         """
         Make a meter that waits for its first frame.
@@ -44,10 +44,8 @@ class RoadMeter:
         road. The frames are upside down with ``rotate_180``, and ``mask`` is the weight of each of
         their pixels, (H, W), 0 to 1.
         ``speed_filter`` holds the prior speed, ``pitch`` the pitch of the camera if it is known
-        better than by the horizon. With ``keyframes``, a frame may be compared with an earlier one
-        than its predecessor.
+        better than by the horizon.
         """
-        self._keyframes = keyframes
         self._horizon = horizon
         self._view = RoadView(camera, horizon, rotate_180=rotate_180, mask=mask)
         self.pitch = CameraPitch(horizon) if pitch is None else pitch
@@ -338,7 +336,7 @@ class RoadMeter:
         speed_variance = (own + key.variance) / (time * time)
         swing = 2.0 * depth * self.pitch.swing_deviation
         tilt = 2.0 * depth * self.pitch.common_deviation
-        key.expired = not self._keyframes or key.is_far(distance, interval)
+        key.expired = key.is_far(distance, interval)
         newest, variance = key.add(distance, own, self.speed_filter, interval)
         self.speed_filter.add(speed, speed_variance)
         self._measured = Travel(

@@ -14,14 +14,13 @@ from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 class RoadCamera:
     """Measures the distance of each pair in camera heights, with the current lens and mask."""
 
-    def __init__(self, *, pitch_deg: float = 0.0, keyframes: bool = True) -> None:
+    def __init__(self, *, pitch_deg: float = 0.0) -> None:
         """
         Make a camera before its first frame.
 
-        ``pitch_deg`` is its pitch relative to the road, positive down, 0 if unknown. With
-        ``keyframes``, a frame may be compared with an earlier one than its predecessor.
+        ``pitch_deg`` is its pitch relative to the road, positive down, 0 if unknown.
         """
-        self._pitch_deg, self._keyframes = pitch_deg, keyframes
+        self._pitch_deg = pitch_deg
         self._meter: RoadMeter | None = None
         self._form: tuple[Lens, tuple[int, ...], bool] | None = None
         self._newest: Frame | None = None
@@ -76,7 +75,7 @@ class RoadCamera:
         self._form, self._meter = form, RoadMeter(
             camera.model, lens.horizon.with_given(pitch_deg=self._pitch_deg),
             rotate_180=camera.rotate_180, mask=camera.pixel_weights, speed_filter=speeds,
-            pitch=pitch, keyframes=self._keyframes)
+            pitch=pitch)
         if self._newest is not None and self._newest.shape == frame.shape:
             self._meter.start(self._newest, camera.roll.on_road)
         return self._meter

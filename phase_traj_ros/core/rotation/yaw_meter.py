@@ -37,14 +37,12 @@ class YawMeasurement:
         Shift of the image as a whole, in pixels of the cylinder.
     yaw
         Yaw in radians, positive to the left; None if it could not be measured.
-    refined
-        Whether the yaw comes from the blocks. If the blocks do not agree (for example, because
-        the vehicle moved too far between the two frames), it comes from the shift alone.
     agreement
         Share of the blocks that agree, 0 to 1.
     motion
-        Rotation of the camera since the previous frame, and direction of travel; None unless the
-        yaw is refined. Unlike ``yaw``, it includes the yaw that comes from a lean.
+        Rotation of the camera since the previous frame, and direction of travel. Unlike ``yaw``,
+        it includes the yaw that comes from a lean. None if the blocks do not agree, for example
+        because the vehicle moved too far: then the yaw comes from the shift alone.
     share
         Share of the pair in the time since the keyframe from which it was measured.
     common
@@ -55,7 +53,6 @@ class YawMeasurement:
 
     shift: Shift
     yaw: float | None
-    refined: bool
     agreement: float
     motion: CameraMotion | None = None
     share: float = 1.0
@@ -82,7 +79,7 @@ class YawMeasurement:
     @property
     def certain(self) -> bool:
         """Return whether most of the blocks agree on the yaw."""
-        return self.refined and self.agreement >= TUNING.doubted_share
+        return self.motion is not None and self.motion.certain
 
 
 class YawMeter:
@@ -90,16 +87,14 @@ class YawMeter:
 
     def __init__(
         self, projection: CylinderProjection, *, mask: NDArray[np.float32] | None = None,
-        keyframes: bool = True, mounting: Mounting | None = None,
-        roll: CameraRoll | None = None,
+        mounting: Mounting | None = None, roll: CameraRoll | None = None,
     ) -> None:
         """
         Make a meter for frames of the size of ``projection``.
 
         ``mask`` is the weight of each pixel of the frames, (H, W), 0 to 1; None if all count
-        equally. Without ``keyframes``, each frame is compared with its predecessor. The slope of
-        ``mounting`` and the ``roll`` are those of the camera, if they are known from earlier
-        frames.
+        equally. The slope of ``mounting`` and the ``roll`` are those of the camera, if they are
+        known from earlier frames.
 
         Raises
         ------
@@ -108,7 +103,6 @@ class YawMeter:
 
         """
         self._projection = projection
-        self._keyframes = keyframes
         self.mounting = mounting or Mounting()
         """Direction in which a vehicle with this camera drives straight ahead."""
         mask, counts = self._projected(mask)
@@ -227,10 +221,10 @@ class YawMeter:
             self._key = self._matcher.keyframe(current, key.travel)
             return self._by_shift(shift, None, match, interval)
         measured = self._by_blocks(shift, match, interval)
-        if self._keyframes and measured.certain:
+        if measured.certain:
             self._newest = frame
         # If the previous frame agreed better, the frame after the next would be too far again.
-        over = (not self._keyframes or match.key is not key or self._is_traffic
+        over = (match.key is not key or self._is_traffic
                 or match.key.has_expired(match.motion, interval))
         self._key = self._matcher.keyframe(current, match.key.travel) if over else match.key
         return measured
@@ -300,7 +294,7 @@ class YawMeter:
         if not self._is_traffic:
             self._learn_travel(key, motion, interval)
         return YawMeasurement(
-            shift, pair.yaw - swung, True, motion.agreement, pair, interval / key.age,
+            shift, pair.yaw - swung, motion.agreement, pair, interval / key.age,
             common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad),
             is_traffic=self._is_traffic)
 
@@ -356,7 +350,7 @@ class YawMeter:
             self._rate = yaw / interval
         self.roll.miss(interval, yaw or 0.0)
         return YawMeasurement(
-            shift, yaw, False, 0.0 if match is None else match.motion.agreement,
+            shift, yaw, 0.0 if match is None else match.motion.agreement,
             is_traffic=self._is_traffic)
 
     def _projected(

@@ -55,8 +55,6 @@ class Replay:
     counters: Counters
     turns: tuple[Turn, ...] = ()
     """The turns driven, if the focal length or field of view of the camera is known."""
-    focal_px: float | None = None
-    """Focal length used for heading and turns; None if they were not measured."""
     field_of_view: FieldOfView | None = None
     """Field of view as learned from the turns; None without any."""
     camera: CameraInUse | None = None
@@ -209,8 +207,7 @@ def replay(
         return found
     camera = heading.camera
     return replace(
-        found, focal_px=camera.focal_px, field_of_view=camera.field_of_view,
-        camera=camera.in_use, learned=camera.learned)
+        found, field_of_view=camera.field_of_view, camera=camera.in_use, learned=camera.learned)
 
 
 def _too_few(estimator: TrajectoryEstimator, first_skipped: str) -> str:

@@ -78,7 +78,7 @@ def _heading_content(result: Replay) -> dict[str, Any]:
         'code_source': result.parameters.settings.code_source,
         'connectivity': result.parameters.connectivity,
         'path_from': result.parameters.settings.drawn_from,
-        'focal_px': result.focal_px,
+        'focal_px': result.camera and result.camera.focal_px,
         'camera': result.camera,
         'speed': result.parameters.speed,
         'heading_deg': [

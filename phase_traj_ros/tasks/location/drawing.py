@@ -128,15 +128,15 @@ def draw_candidates(located: Located, pose: LocatedPose) -> str:
         located.roads.lines, view.candidates(pose.estimate.candidates), label='Candidates')
 
 
-def moments_before(located: Located, count: int = 4) -> list[LocatedPose]:
-    """Return at most ``count`` poses at equal distances up to the first claim, or to the end."""
+def moments_before(located: Located) -> list[LocatedPose]:
+    """Return at most four poses at equal distances up to the first claim, or to the end."""
     first = located.first_claim
     end = located.poses[-1].driven if first is None else first.driven
     estimated = [
         pose for pose in located.poses if pose.estimate is not UNKNOWN and pose.driven <= end]
     if not estimated:
         return []
-    wanted = [end * (number + 1) / count for number in range(count)]
+    wanted = [end * quarter / 4 for quarter in range(1, 5)]
     found = [min(estimated, key=lambda pose: abs(pose.driven - at)) for at in wanted]
     return list({pose.stamp_ns: pose for pose in found}.values())
 

@@ -96,7 +96,7 @@ def test_lost_frames_that_the_stamps_tell_of_are_not_a_cut(scenes):
 
 
 def pair(agreement, *, yaw=None):
-    return YawMeasurement(Shift(0.0, 0.0, 0.1), yaw, yaw is not None, agreement)
+    return YawMeasurement(Shift(0.0, 0.0, 0.1), yaw, agreement)
 
 
 def test_pairs_that_were_not_compared_are_not_cuts():

@@ -12,6 +12,8 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_camera import YawCamera
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.errors import FrameError
 import pytest
@@ -54,7 +56,7 @@ def test_a_foreseen_shift_is_that_of_a_yaw_that_goes_on():
     compass = VisualCompass(YawCamera(Lens(camera=camera)))
     compass.camera.measure(np.zeros(camera.shape, np.uint8), 0.1)
     compass.start(0)
-    compass.add(YawMeasurement(Shift(0.0, 0.0, 0.3), 0.02, True, 1.0), TENTH, 0.1)
+    compass.add(YawMeasurement(Shift(0.0, 0.0, 0.3), 0.02, 1.0), TENTH, 0.1)
     seen = compass.foresee(0.05)
     assert seen.step.heading == pytest.approx(0.03)
     assert (seen.shift.dx, seen.shift.dy) == pytest.approx((300.0 * math.tan(0.01), 0.0))
@@ -74,7 +76,7 @@ def test_a_direction_contradicts_the_heading_beyond_what_the_lens_explains(
     for pair in range(1, 101):
         yaw = math.radians(50.0) / 20 if pair % 50 < 20 else 0.0
         told.append(compass.add(
-            YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, True, 1.0), pair * TENTH, 0.1).contradicts)
+            YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, 1.0), pair * TENTH, 0.1).contradicts)
     assert not any(told[:60]) and told[-1] is contradicts
 
 
@@ -82,7 +84,7 @@ def test_a_turn_that_a_cut_ends_is_told_once():
     compass = VisualCompass(YawCamera(Lens(hfov_deg=75.0)))
     compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
-    turning = YawMeasurement(Shift(0.0, 0.0, 1.0), math.radians(4.0), True, 1.0)
+    turning = YawMeasurement(Shift(0.0, 0.0, 1.0), math.radians(4.0), 1.0)
     for pair in range(1, 21):
         assert compass.add(turning, pair * TENTH, 0.1).turns == ()
     compass.cut()
@@ -98,8 +100,9 @@ def test_the_peak_rate_of_a_turn_has_no_corrections_of_earlier_pairs():
     # The lens is covered for 0.9 s while the turn begins.
     yaws = [*[0.0] * 10, *[None] * 9, *[math.radians(4.0)] * 20]
     for pair, yaw in enumerate(yaws, start=1):
-        update = compass.add(
-            None if yaw is None else YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, True, 1.0),
+        update = compass.add(None if yaw is None else YawMeasurement(
+            Shift(0.0, 0.0, 1.0), yaw, 1.0,
+            CameraMotion(yaw, 0.0, 0.0, FocusOfExpansion(), 100.0, 1.0, 1e-6, 0.05)),
             pair * TENTH, 0.1)
         if pair == 20:
             assert math.degrees(update.step.yaw) > 20.0
@@ -214,7 +217,7 @@ def test_a_restart_forgets_a_turn_under_way():
     compass = VisualCompass(YawCamera(Lens(hfov_deg=80.0)))
     compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
-    turning_left = YawMeasurement(Shift(0.0, 0.0, 0.3), math.radians(3.0), True, 1.0)
+    turning_left = YawMeasurement(Shift(0.0, 0.0, 0.3), math.radians(3.0), 1.0)
     for pair in range(1, 41):
         compass.add(turning_left, pair * TENTH, 0.1)
     compass.restart()
@@ -241,7 +244,7 @@ def test_a_bend_of_an_unknown_camera_may_be_a_turn(angle_deg, may_be):
         compass.start(0)
         for pair in range(1, 101):
             yaw = math.radians(angle_deg) / 25 if pair <= 25 else 0.0
-            measured = YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, True, 1.0)
+            measured = YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, 1.0)
             compass.add(measured, pair * TENTH, 0.1)
     assert unknown.bends_may_be_turns is may_be
     assert not known.bends_may_be_turns

@@ -118,7 +118,7 @@ def test_a_lens_that_replaces_a_guess_corrects_what_was_measured_with_it():
     compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
     for pair in range(1, 41):
-        yaw = YawMeasurement(Shift(0.0, 0.0, 1.0), 0.05, True, 1.0)
+        yaw = YawMeasurement(Shift(0.0, 0.0, 1.0), 0.05, 1.0)
         compass.add(yaw, pair * TENTH, 0.1)
     assert compass.tracker.heading == pytest.approx(2.0)
     # Twice the focal length is half of all angles; the axis of the turns is 30 degrees aside.
@@ -134,7 +134,7 @@ def test_a_lens_that_replaces_a_given_one_leaves_what_was_measured_with_it():
     compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
     for pair in range(1, 41):
-        compass.add(YawMeasurement(Shift(0.0, 0.0, 1.0), 0.05, True, 1.0), pair * TENTH, 0.1)
+        compass.add(YawMeasurement(Shift(0.0, 0.0, 1.0), 0.05, 1.0), pair * TENTH, 0.1)
     compass.use_lens(Lens(focal_px=240.0))
     assert compass.tracker.heading == pytest.approx(2.0)
 

@@ -15,10 +15,12 @@ from phase_traj_ros.core import (
     Lens,
     TrajectoryEstimator,
 )
+from phase_traj_ros.core.rotation import block_matcher, yaw_meter
 from phase_traj_ros.core.rotation.block_matcher import Keyframe
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.rotation.local_shifts import BlockPicture, BlockShifts
+from phase_traj_ros.core.rotation.tuning import TUNING
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
 
@@ -36,11 +38,11 @@ def walk():
     return drive, list(render_drive(drive))
 
 
-def run(every, **values):
+def run(every):
     """Return an estimator that has taken the walk, and its updates."""
     drive, frames = walk()
     estimator = TrajectoryEstimator(EstimatorSettings(
-        code_source=CodeSource.AUTO, lens=Lens(camera=MODEL), camera_height=1.65, **values))
+        code_source=CodeSource.AUTO, lens=Lens(camera=MODEL), camera_height=1.65))
     updates = [
         estimator.update(frame, stamp) for frame, stamp in
         zip(frames[::every], drive.stamps_ns.tolist()[::every])]
@@ -56,7 +58,7 @@ def heading_error(updates):
     return math.degrees(updates[-1].heading.heading - np.unwrap(drive.poses[:, 2])[-1])
 
 
-def test_a_slow_vehicle_has_its_heading_and_its_way_at_a_high_rate():
+def test_a_slow_vehicle_has_its_heading_and_its_way_at_a_high_rate(monkeypatch):
     drive, _ = walk()
     true = np.hypot(*np.diff(drive.poses[:, :2], axis=0).T).sum()
     estimator, updates = driven(1)
@@ -64,8 +66,11 @@ def test_a_slow_vehicle_has_its_heading_and_its_way_at_a_high_rate():
     assert estimator.way.distance == pytest.approx(true, rel=0.05)
     # Most frames need no measurement.
     assert sum(update.heading.foreseen > 0.0 for update in updates) > len(updates) / 2
-    # Without keyframes, the errors of each pair add up.
-    assert abs(heading_error(driven(1, keyframes=False)[1])) > 2 * abs(heading_error(updates))
+    # From frame to frame, the errors of each pair add up.
+    from_frame_to_frame = replace(TUNING, max_keyframe_age_s=0.0, max_foreseen_s=0.0)
+    for module in block_matcher, yaw_meter:
+        monkeypatch.setattr(module, 'TUNING', from_frame_to_frame)
+    assert abs(heading_error(run(1)[1])) > 2 * abs(heading_error(updates))
 
 
 def test_the_variance_of_the_yaw_is_that_of_the_way_and_not_of_the_frames():

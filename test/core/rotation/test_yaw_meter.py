@@ -212,7 +212,7 @@ def test_nothing_to_see_is_no_measurement():
     noise = np.random.default_rng(0).integers(0, 255, (2, *dark.shape)).astype(np.uint8)
     meter.update(noise[0], 0.1)
     unrelated = meter.update(noise[1], 0.1)
-    assert unrelated.yaw is None and not unrelated.refined
+    assert unrelated.yaw is None and unrelated.motion is None
 
 
 def test_a_turn_goes_on_where_only_the_shift_is_seen(monkeypatch):
@@ -227,7 +227,7 @@ def test_a_turn_goes_on_where_only_the_shift_is_seen(monkeypatch):
         with monkeypatch.context() as blind:
             blind.setattr(YawMeter, '_match_keyframe', lambda *_: None)
             measured = meter.update(frame, 0.1)
-        assert not measured.refined and (measured.yaw is not None) is goes_on
+        assert measured.motion is None and (measured.yaw is not None) is goes_on
         assert (meter.roll.yaw_rate == pytest.approx(rate, rel=0.01)) is goes_on
 
 
@@ -237,7 +237,7 @@ def test_a_still_picture_is_no_yaw():
     meter.update(frames[5], 0.1)
     measured = meter.update(frames[5], 0.1)
     assert measured.yaw == pytest.approx(0.0, abs=1e-6)
-    assert measured.agreement == 1.0 and measured.refined
+    assert measured.agreement == 1.0 and measured.motion is not None
 
 
 def test_a_frame_that_cannot_be_used_changes_nothing():
@@ -328,7 +328,7 @@ def test_a_mask_can_change_in_mid_drive_and_no_pair_is_lost():
             meter.update(frame, 0.1) for meter in (changing, masked, never))
         if number >= 5:
             assert found.shift.dx == pytest.approx(expected.shift.dx, abs=0.3)
-            assert found.yaw == pytest.approx(expected.yaw, abs=0.015) and found.refined
+            assert found.yaw == pytest.approx(expected.yaw, abs=0.015) and found.motion is not None
             assert found.agreement > spoilt_one.agreement
             assert spoilt_one.yaw is None or (
                 abs(found.yaw - expected.yaw) < abs(spoilt_one.yaw - expected.yaw))

@@ -35,18 +35,17 @@ def cylinder(focal_px):
     return CylinderProjection(CameraModel.pinhole((240, 320), focal_px))
 
 
-def meter_of_far(**options):
-    return YawMeter(cylinder(LONG_FOCAL), **options)
+def meter_of_far():
+    return YawMeter(cylinder(LONG_FOCAL))
 
 
 def test_a_pair_has_the_share_of_its_time_since_the_keyframe():
-    for keyframes, expected in ((True, [1, 1 / 2, 1 / 3, 1 / 4]), (False, [1] * 4)):
-        meter = meter_of_far(keyframes=keyframes)
-        meter.update(far(0), 0.1)
-        shares = [meter.update(far(0), 0.1).share for _ in range(10)]
-        assert shares[:4] == pytest.approx(expected)
-        # After half a second, there is another one.
-        assert min(shares) >= 1 / 6 and shares.count(1.0) > 1
+    meter = meter_of_far()
+    meter.update(far(0), 0.1)
+    shares = [meter.update(far(0), 0.1).share for _ in range(10)]
+    assert shares[:4] == pytest.approx([1, 1 / 2, 1 / 3, 1 / 4])
+    # After half a second, there is another one.
+    assert min(shares) >= 1 / 6 and shares.count(1.0) > 1
 
 
 @pytest.mark.parametrize('step', [-10, 10])
@@ -67,7 +66,7 @@ def test_a_sudden_change_of_the_exposure_moves_nothing(light):
     meter = meter_of_far()
     meter.update(far(0) // 2, 0.1)
     found = meter.update(cv2.convertScaleAbs(far(0) // 2, alpha=light), 0.1)
-    assert found.refined and found.agreement > 0.9
+    assert found.motion is not None and found.agreement > 0.9
     assert found.yaw == pytest.approx(0.0, abs=1e-4)
 
 
@@ -130,11 +129,11 @@ def test_a_frame_is_foreseen_while_the_image_moves_as_before():
 
 
 def test_a_yaw_by_the_shift_alone_is_unsure_by_tenths_of_a_degree():
-    whole = YawMeasurement(Shift(1.0, 0.0, 0.1), 0.01, False, 0.1)
+    whole = YawMeasurement(Shift(1.0, 0.0, 0.1), 0.01, 0.1)
     assert 0.1 < math.degrees(math.sqrt(whole.variance)) < 1.0
-    part = YawMeasurement(Shift(1.0, 0.0, 0.1), 0.01, True, 0.8, share=0.25)
+    part = YawMeasurement(Shift(1.0, 0.0, 0.1), 0.01, 0.8, share=0.25)
     assert part.variance == pytest.approx(whole.variance / 4)
-    assert part.certain and not whole.certain
+    assert not whole.certain
 
 
 def hidden(moved, share, number):
@@ -156,7 +155,7 @@ def test_few_blocks_count_if_the_whole_shift_confirms_them(stands_out, monkeypat
     found = meter.update(hidden(12, 0.7, 1), 0.1)
     assert TUNING.confirmed_share <= found.agreement < TUNING.min_agreement
     assert found.shift.dx == pytest.approx(12, abs=1.0)
-    assert found.refined is stands_out and not found.certain
+    assert (found.motion is not None) is stands_out and not found.certain
     right = pytest.approx(12 / LONG_FOCAL, abs=0.3 / LONG_FOCAL)
     assert found.yaw == (right if stands_out else None)
 
@@ -169,7 +168,7 @@ def test_few_blocks_that_contradict_the_whole_shift_are_no_measurement(monkeypat
         meter.update(hidden(0, share, 0), 0.1)
         meter._rate = 12 / LONG_FOCAL / 0.1
         found = meter.update(hidden(12, share, 1), 0.1)
-        assert not found.refined
+        assert found.motion is None
         # Where the blocks tell nothing, the shift alone counts.
         assert (found.yaw is not None) is told
 
@@ -187,7 +186,7 @@ def test_a_few_blocks_count_for_nothing_however_well_they_agree(monkeypatch):
         meter.update(far(0), 0.1)
         found = meter.update(far(3), 0.1)
         assert found.agreement == many.agreement
-        assert (found.refined, found.certain) == (refined, refined)
+        assert (found.motion is not None, found.certain) == (refined, refined)
         # The shift alone counts.
         assert found.yaw == pytest.approx(3 / LONG_FOCAL, abs=0.5 / LONG_FOCAL)
 
@@ -198,7 +197,7 @@ def test_the_fewer_blocks_agree_the_less_certain_is_the_yaw():
     motion = meter.update(far(3), 0.1).motion
     whole, half, fifth = (
         YawMeasurement(
-            Shift(3.0, 0.0, 0.1), motion.yaw, True, share, replace(motion, agreement=share)
+            Shift(3.0, 0.0, 0.1), motion.yaw, share, replace(motion, agreement=share)
         ).variance for share in (1.0, 0.5, 0.2))
     assert whole == half == pytest.approx(motion.yaw_variance)
     assert fifth == pytest.approx(2.5 ** 2 * half)
@@ -206,10 +205,10 @@ def test_the_fewer_blocks_agree_the_less_certain_is_the_yaw():
 
 @pytest.mark.parametrize('focal_px', [LONG_FOCAL, 12.0 * LONG_FOCAL])
 def test_no_lens_is_so_long_that_the_yaw_is_sure_to_less_than_a_hundredth_of_a_degree(focal_px):
-    meter = YawMeter(cylinder(focal_px), keyframes=False)
+    meter = YawMeter(cylinder(focal_px))
     meter.update(far(0), 0.1)
     found = meter.update(far(1), 0.1)
-    assert found.refined
+    assert found.motion is not None
     assert math.sqrt(found.variance) > math.radians(0.01)
 
 

@@ -91,7 +91,7 @@ def test_the_calibration_stands_in_for_the_focal_length():
     assert calibrated.movement == known.movement
     assert [update.heading for update in calibrated.updates] == [
         update.heading for update in known.updates]
-    assert calibrated.focal_px == known.focal_px == pytest.approx(drive.camera.focal)
+    assert calibrated.camera.focal_px == known.camera.focal_px == pytest.approx(drive.camera.focal)
     # Numbers that are given count before it.
     wrong = replay(
         frames, Parameters(focal_px=float(drive.camera.focal), **NARROW), source='the demo',
