@@ -66,5 +66,5 @@ def test_a_fault_in_a_module_that_is_not_loaded_is_not_tried(monkeypatch, tmp_pa
 
 def test_the_rooms_that_measure_and_judge_are_mutated():
     found = {str(path) for path in mutants.modules()}
-    for name in ('path/odometry.py', 'road/tilt.py', 'heading/turns.py', 'codes/from_shift.py'):
+    for name in ('path/odometry.py', 'road/meter.py', 'heading/turns.py', 'codes/from_shift.py'):
         assert f'phase_traj_ros/core/{name}' in found
