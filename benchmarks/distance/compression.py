@@ -55,7 +55,7 @@ def main() -> None:
     introduction = _INTRODUCTION.format(versions=versions(), av=av.__version__)
     header = ('drive', 'size', 'not compressed', *map(str, _RATE_FACTORS))
     write_page('compression', (
-        '# Compressed films', paragraphs(introduction), table(header, map(_cells, rows))))
+        '# Compressed videos', paragraphs(introduction), table(header, map(_cells, rows))))
 
 
 def rides() -> Iterator[Ride]:

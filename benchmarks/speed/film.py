@@ -186,12 +186,12 @@ def page(runs: dict[str, list[Run]], frames: int, watched: Bystanders) -> Iterat
     header = ('1080p, whole process', 'time, ms/frame', 'processor, ms/frame', 'ratio of times',
               'of processor times', 'aim', 'memory, MB')
     introduction = paragraphs(f"""
-        This page shows how long a replay of a film takes, beside decoding it.
+        This page shows how long a replay of a video takes, beside decoding it.
 
         A replay takes less than 1.5 times as long as decoding the video alone, in one pass hardly
         longer than that, and by the paper's rule less than twice as long.
 
-        The film is a drive through the rendered town with the noise of a sensor, 1920×1080 at
+        The video is a drive through the rendered town with the noise of a sensor, 1920×1080 at
         {_RATE} Hz, H.264, {frames:,} frames. Each row is a whole process from its start to its
         end, with the results of `--output` written. The *time* is wall-clock time, the *processor*
         time that of all threads, both the median of {rounds} round{"s" if rounds > 1 else ""}, in
@@ -200,13 +200,14 @@ def page(runs: dict[str, list[Run]], frames: int, watched: Bystanders) -> Iterat
         of the times on two idle cores. The memory is the largest resident memory.
         `cv2.phaseCorrelate` gets the first {_FEW} frames.
 
-        The default learns the camera in a first pass, which ends early in longer films. Of this
+        The default learns the camera in a first pass, which ends early in longer videos. Of this
         one it took the first 31 %; the focal length was 0.1 % off.
 
         Written by `benchmarks/speed/film.py` (`make film`) on {os.cpu_count()} cores, with
         {versions()}.
         """)
-    yield from ('# Replay of a film', introduction, table(header, rows), disturbance(watched))
+    yield from (
+        '# Replay of a long video', introduction, table(header, rows), disturbance(watched))
 
 
 def main() -> None:

@@ -88,7 +88,7 @@ def _warnings(result: Replay) -> Iterator[str]:
     if result.counters.skipped:
         yield f'frames skipped: {result.counters.skipped}; the first: {result.first_skipped}'
     for count, what in (
-            (result.counters.repeated, 'frames with the stamp or the picture of the previous one'),
+            (result.counters.repeated, 'frames with the stamp or the image of the previous one'),
             (result.counters.dropped, 'frames dropped, as their stamps are out of order'),
             (result.counters.time_resets, 'new starts of the codes, as the stamps jumped'),
             (sum(update.cut for update in result.updates), 'cuts to a new scene'),

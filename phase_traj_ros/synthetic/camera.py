@@ -68,7 +68,7 @@ class Camera:
         """Check the values."""
         if min(self.width, self.height) < 1:
             raise ParameterError(
-                f'a picture cannot have {self.width} x {self.height} pixels: '
+                f'an image cannot have {self.width} x {self.height} pixels: '
                 'width and height must be at least 1')
         if not (math.isfinite(self.focal) and self.focal > 0 and self.above_ground > 0):
             raise ParameterError(

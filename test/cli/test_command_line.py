@@ -321,9 +321,9 @@ def test_the_figure_of_two_frames_does_not_become_a_third(run, folder):
 def test_inspect_says_what_to_give(refused, folder, tmp_path):
     film = tmp_path / 'film.mp4'
     film.write_bytes(b'film')
-    assert 'film.mp4 is not a picture: give two pictures' in refused('inspect', film)
-    assert 'pictures is not a picture' in refused('inspect', folder, folder / '1.png')
-    assert 'the second picture is missing' in refused('inspect', folder / '1.png')
+    assert 'film.mp4 is not an image: give two images' in refused('inspect', film)
+    assert 'pictures is not an image' in refused('inspect', folder, folder / '1.png')
+    assert 'the second image is missing' in refused('inspect', folder / '1.png')
     assert 'map.txt is not the name of a picture: end it in .png' in refused(
         'inspect', folder / '0.png', folder / '1.png', '--output', tmp_path / 'map.txt')
     assert not (tmp_path / 'map.txt').exists()

@@ -14,7 +14,7 @@ import pytest
 
 PROGRAM = (sys.executable, '-m', 'phase_traj_ros.cli.main')
 # Of the drive, in which pictures repeat.
-WARNING = 'warning: frames with the stamp or the picture of the previous one: 13\n'
+WARNING = 'warning: frames with the stamp or the image of the previous one: 13\n'
 LOADING = """
 import os, signal, sys
 import phase_traj_ros.cli.main as program

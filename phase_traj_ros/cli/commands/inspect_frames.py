@@ -62,10 +62,10 @@ def run(options: Namespace) -> None:
 
 def _require_picture(frame: Path | None) -> None:
     if frame is None or (frame.exists() and frame.suffix.lower() not in PICTURE_SUFFIXES):
-        what = 'the second picture is missing' if frame is None else f'{frame} is not a picture'
+        what = 'the second image is missing' if frame is None else f'{frame} is not an image'
         raise SourceError(
-            f'{what}: give two pictures, A and B; ffmpeg -i FILM -ss SECONDS -frames:v 2 %d.png'
-            ' takes them from a film')
+            f'{what}: give two images, A and B; ffmpeg -i VIDEO -ss SECONDS -frames:v 2 %d.png'
+            ' takes them from a video')
 
 
 def _output(options: Namespace) -> Path:

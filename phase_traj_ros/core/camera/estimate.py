@@ -76,8 +76,8 @@ class CameraEstimate:
                 raise ValueError(f'{field.name} is {value}: give a finite number')
         if min(self.width, self.height) < 1:
             raise ValueError(
-                f'the estimate is for pictures of {self.width}x{self.height} pixels: give the size'
-                ' of the pictures it was made from')
+                f'the estimate is for images of {self.width}x{self.height} pixels: give the size'
+                ' of the images it was made from')
         OneNumberLens(self.focal_px, self.straightness)
 
     @property
@@ -137,7 +137,7 @@ def combined(estimates: Sequence[CameraEstimate]) -> CameraEstimate:
         if abs(other.width * first.height - first.width * other.height) > max(
                 first.width, other.width):
             raise ValueError(
-                f'pictures of {other.width}x{other.height} and of {first.width}x{first.height}'
+                f'images of {other.width}x{other.height} and of {first.width}x{first.height}'
                 ' pixels are not of one camera: give recordings of one')
     scales = [first.width / each.width for each in estimates]
     log_focal, deviation = _mean(

@@ -92,8 +92,8 @@ class CameraModel:
         """Check the values."""
         if min(self.shape) < 1:
             raise ValueError(
-                f'the calibration is for pictures of {self.width}x{self.height} pixels: give the'
-                ' size of the pictures it was made with')
+                f'the calibration is for images of {self.width}x{self.height} pixels: give the'
+                ' size of the images it was made with')
         check_focal('fx', self.fx)
         check_focal('fy', self.fy)
         for name, value in (('cx', self.cx), ('cy', self.cy)):

@@ -34,7 +34,7 @@ def decode_picture(
     header = read_header(data)
     if header.width * header.height > max_pixels:
         raise FrameError(
-            f'the picture of {header.width}x{header.height} is larger than the limit of'
+            f'the image of {header.width}x{header.height} is larger than the limit of'
             f' {max_pixels} pixels')
     return _decode(data), header
 

@@ -49,15 +49,15 @@ def read_header(data: bytes) -> PictureHeader:
     """
     jpeg, png = map(data.startswith, SIGNATURES)
     if not (jpeg or png):
-        raise FrameError('it is neither a JPEG nor a PNG picture' if data else 'it is empty')
+        raise FrameError('it is neither a JPEG nor a PNG image' if data else 'it is empty')
     name = 'JPEG' if jpeg else 'PNG'
     found = _jpeg_header(data) if jpeg else _png_header(data)
     if found is None:
-        raise FrameError(f'the header of the {name} picture is cut off or damaged')
+        raise FrameError(f'the header of the {name} image is cut off or damaged')
     header, end = found
     # Only after the header: a preview in front of it has an end marker, too.
     if not (data.find(_JPEG_END, end) >= 0 if jpeg else _png_ends(data, end)):
-        raise FrameError(f'the {name} picture is cut off or damaged (it has no end)')
+        raise FrameError(f'the {name} image is cut off or damaged (it has no end)')
     return header
 
 

@@ -50,7 +50,7 @@ class FolderSource(FrameSource):
         else:
             self._stamps = stamps_of_pictures(self._pictures, times)
             origin = f'stamps from {times}'
-        pictures = f'{len(self._pictures)} picture{"s" if len(self._pictures) > 1 else ""}'
+        pictures = f'{len(self._pictures)} image{"s" if len(self._pictures) > 1 else ""}'
         super().__init__(
             description=f'{folder} ({pictures}, {origin})',
             selection=selection,
@@ -109,7 +109,7 @@ def _find_pictures(path: Path) -> tuple[Path, list[Path]]:
             f'{path} holds a ROS 2 bag without metadata.yaml (was the recording cut off?): run '
             f'`ros2 bag reindex {path}`, or give the file itself, such as {bags[0]}')
     raise SourceError(
-        f'{path} holds no pictures ({", ".join(kind[1:] for kind in PICTURE_SUFFIXES)}), and no '
+        f'{path} holds no images ({", ".join(kind[1:] for kind in PICTURE_SUFFIXES)}), and no '
         'metadata.yaml of a ROS 2 bag')
 
 

@@ -78,6 +78,6 @@ def stamps_of_pictures(pictures: list[Path], times: Path) -> list[int]:
         if re.fullmatch('[0-9]+', picture.stem) and int(picture.stem) < len(stamps)]
     if len(chosen) != len(pictures):
         raise SourceError(
-            f'{times} has {len(stamps)} lines for {len(pictures)} pictures, and their names are '
+            f'{times} has {len(stamps)} lines for {len(pictures)} images, and their names are '
             'not line numbers; give fps to ignore the file')
     return chosen

@@ -127,7 +127,7 @@ class VideoFile(FrameSource):
                 ' to .mkv')
         return SourceError(
             f'{self._path} cannot be opened as a video ({reason}); give a bag, a video or a folder'
-            ' of pictures')
+            ' of images')
 
     def _undecodable(self, number: int, reason: str = '') -> SourceError:
         return SourceError(
@@ -206,11 +206,11 @@ def start_of(path: Path) -> bytes:
     Raises SourceError for files that a video reader would accept but that are not videos.
     """
     if path.suffix.lower() in PICTURE_SUFFIXES:
-        raise SourceError(f'{path} is a single picture; give the folder that holds it')
+        raise SourceError(f'{path} is a single image; give the folder that holds it')
     with reading(path), path.open('rb') as file:
         start = file.read(_SNIFFED_BYTES)
     # FFmpeg plays text files as terminal output. All video formats have zeros early.
     if 0 not in start:
         raise SourceError(
-            f'{path} is a text file, not a video; give a bag, a video or a folder of pictures')
+            f'{path} is a text file, not a video; give a bag, a video or a folder of images')
     return start

@@ -139,7 +139,7 @@ def test_what_is_seen_lies_in_the_order_of_its_angle(model, turn):
 
 
 @pytest.mark.parametrize(('wrong', 'message'), [
-    ({'width': 0}, 'pictures of 0x480 pixels: give the size'),
+    ({'width': 0}, 'images of 0x480 pixels: give the size'),
     ({'height': -1}, '640x-1'),
     ({'fx': 0.0}, 'fx is 0.0: give a number of pixels above 0'),
     ({'fy': math.inf}, 'fy is inf'),

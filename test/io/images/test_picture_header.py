@@ -68,7 +68,7 @@ def test_jpeg_may_have_fill_bytes_and_be_padded():
     b'\xff\xd8' + b'\x00' * 20, b'\xff\xd9', b'\xff\xe0\x00\x02' * 5000, b'\xff' * 1_000_000,
     b'\xff\x00' * 500_000])
 def test_broken_jpeg_header(body):
-    with pytest.raises(FrameError, match='header of the JPEG picture is cut off or damaged'):
+    with pytest.raises(FrameError, match='header of the JPEG image is cut off or damaged'):
         read_header(b'\xff\xd8' + body)
 
 

@@ -165,7 +165,7 @@ def test_times_by_number(tmp_path):
 def test_times_that_do_not_fit(tmp_path, names, lines):
     folder = fill(tmp_path / 'x', names)
     (tmp_path / 'times.txt').write_text('1.0\n' * lines)
-    with pytest.raises(SourceError, match=f'{lines} lines for {len(names)} pictures.*fps'):
+    with pytest.raises(SourceError, match=f'{lines} lines for {len(names)} images.*fps'):
         open_source(folder)
     assert len(read(folder, fps=5)[0]) == len(names)
 

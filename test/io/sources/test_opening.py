@@ -84,7 +84,7 @@ def test_nothing_selected(tmp_path, maker, folder, video):
 @pytest.mark.parametrize(('name', 'message'), [
     ('missing', 'does not exist'),
     ('missing.mcap', 'does not exist'),
-    ('empty', 'no pictures .* and no metadata.yaml'),
+    ('empty', 'no images .* and no metadata.yaml'),
     ('empty.mcap', 'is empty'),
     ('empty.avi', 'is empty'),
     ('text.txt', 'text file, not a video'),
@@ -93,7 +93,7 @@ def test_nothing_selected(tmp_path, maker, folder, video):
     ('noise.mcap', 'cannot be read as a ROS 2 bag .*mcap recover'),
     ('noise.db3', 'cannot be read as a ROS 2 bag .*ros2 bag reindex'),
     ('noise.bag', 'cannot be read as a ROS 1 bag .*rosbag reindex'),
-    ('picture.png', 'single picture; give the folder'),
+    ('picture.png', 'single image; give the folder'),
     ('killed', 'ROS 2 bag without metadata.yaml .*ros2 bag reindex .*killed_0.mcap'),
     ('pipe', 'neither a file nor a directory'),
 ])
