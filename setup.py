@@ -19,6 +19,7 @@ RUNTIME = [
     'matplotlib>=3.6',
     'tqdm',
     'PyYAML',
+    'Pillow>=10',
     *(f'{each}; platform_machine == "aarch64"' for each in FFT),
 ]
 # Reads videos in place of OpenCV: exact times, fewer conversions, and it seeks.

@@ -172,7 +172,8 @@ def test_pip_installs_what_the_program_imports(setup_arguments):
     required = names_of(setup_arguments['install_requires'])
 
     assert required >= {
-        'numpy', 'opencv-python-headless', 'rosbags', 'matplotlib', 'tqdm', 'pyyaml'}
+        'numpy', 'opencv-python-headless', 'rosbags', 'matplotlib', 'tqdm', 'pyyaml',
+        'pillow'}
 
 
 def test_colcon_and_bloom_require_nothing_that_rosdep_names_otherwise(monkeypatch):
