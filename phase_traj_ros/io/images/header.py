@@ -39,7 +39,10 @@ def read_header(data: bytes) -> PictureHeader:
     marker. Data after the end marker is ignored: some cameras pad.
     """
     # Loading it takes 60 ms, which a node of raw images saves.
-    from PIL import Image
+    try:
+        from PIL import Image
+    except ImportError as error:
+        raise FrameError('Pillow is missing: install python3-pil (apt) or Pillow') from error
 
     jpeg, png = map(data.startswith, SIGNATURES)
     if not (jpeg or png):
