@@ -107,7 +107,7 @@ class RoadMeter:
         self.speed_filter.predict(interval, interval_deviation=interval_deviation)
         self.pitch.predict(interval)
         self._profile.predict(interval)
-        self._standstill.predict(interval, certain=motion is not None and motion.certain)
+        self._standstill.see(frame, interval, (yaw or 0.0) if motion is None else motion.yaw)
         if still or (motion is None and yaw is None):
             # A pair that shows no pitch rate: what it was before fades.
             self._average(0.0, interval)

@@ -3,8 +3,11 @@
 """Decides what a road that does not slide means: the vehicle stands, or its view is covered."""
 
 from dataclasses import replace
-import math
 
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.road.keyframe import RoadKeyframe
 from phase_traj_ros.core.road.patch_matcher import PatchMatcher
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
@@ -29,12 +32,20 @@ class Standstill:
         # Whether the road rested in the newest pair that was compared, and whether it may have
         # since the vehicle stood, or was first seen.
         self._stops, self._stays = False, True
-        # Time since most blocks did not agree, in seconds.
-        self._agreed_s = math.inf
+        # Thumbnails of the newest frames in about the same direction, the oldest first: the age of
+        # each in seconds, the yaw since, and its pixels.
+        self._seen: list[tuple[float, float, NDArray[np.float32]]] = []
 
-    def predict(self, interval: float, *, certain: bool) -> None:
-        """Add a pair of ``interval`` seconds, in which the motion of the camera is ``certain``."""
-        self._agreed_s = self._agreed_s + interval if certain else 0.0
+    def see(self, frame: Frame, interval: float, yaw: float) -> None:
+        """Add a frame, (H, W), which is ``interval`` seconds and ``yaw`` rad after the last."""
+        step = max(min(frame.shape) // TUNING.thinned_px, 1)
+        thumbnail = cv2.resize(
+            np.asarray(frame[::step, ::step], np.float32), TUNING.thumbnail_px,
+            interpolation=cv2.INTER_AREA)
+        self._seen = [
+            (age + interval, turned + yaw, each) for age, turned, each in self._seen
+            if age + interval <= TUNING.recall_time and abs(turned + yaw) < TUNING.recall_yaw]
+        self._seen.append((0.0, 0.0, thumbnail))  # type: ignore[arg-type]
 
     def rests(self, near: PatchMatcher, key: RoadKeyframe, *, passes: bool) -> bool:
         """
@@ -63,9 +74,19 @@ class Standstill:
 
         ``measured`` is the newest measured distance; for ``rests``, see ``Travel``.
         """
-        # Only small robots brake so hard. Where the blocks did not agree before, they have changed
-        # over from the scene to what covers it.
-        self.covered |= self._speeds.least > 0.0 and self._agreed_s < TUNING.covering_time
+        # Only small robots brake so hard, and they still see the same scene then.
+        self.covered |= self._speeds.least > 0.0 and not self._sees_the_same
         if self.covered:
             return replace(self._speeds.bridge(interval, measured), covered=True)
         return replace(self._speeds.stand(interval), rests=rests)
+
+    @property
+    def _sees_the_same(self) -> bool:
+        """Return whether the newest frame shows the scene of before, if that had looked alike."""
+        first, later, newest = (self._seen[at][2] for at in (0, len(self._seen) // 2, -1))
+        return _alike(first, newest) or not _alike(first, later)
+
+
+def _alike(first: NDArray[np.float32], second: NDArray[np.float32]) -> bool:
+    correlation = cv2.matchTemplate(second, first, cv2.TM_CCOEFF_NORMED)
+    return float(correlation.item()) > TUNING.same_scene

@@ -99,9 +99,17 @@ class RoadTuning:
     creeping: float = 0.025
     """A scene that moves by less between keyframes, as ``passing``, is not close traffic: that of
     slow vehicles was 0.022 at most where an encoder copied the road, and traffic 0.029 or more."""
-    covering_time: float = 1.0
-    """Where something comes over the view of a vehicle that drives, the blocks disagree within
-    this time in seconds."""
+    thumbnail_px: tuple[int, int] = 24, 16
+    """Width and height to which frames are reduced..."""
+    thinned_px: int = 64
+    """...after they are thinned to about this height, ..."""
+    recall_time: float = 2.0
+    """...to compare the view with that of this time in seconds before, ..."""
+    recall_yaw: float = 0.05
+    """...if the camera has turned by less than this since, in rad, ..."""
+    same_scene: float = 0.3
+    """...and least correlation of the two in the same scene. It was 0.57 or more where rendered
+    robots stopped hard, and 0.06 or less where something had come over the view."""
 
     block_pitch_deviation: float = 0.0006
     """Standard deviation of the pitch from the blocks between two frames, in rad."""

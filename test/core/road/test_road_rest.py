@@ -3,6 +3,7 @@
 """A road that rests shows that the vehicle stands, whatever the blocks follow."""
 
 from dataclasses import replace
+import math
 
 import cv2
 import numpy as np
@@ -137,19 +138,19 @@ def test_a_road_that_an_encoder_changes_rests_if_the_blocks_do(agreement, rests)
     assert {travel.rests for travel in stood} == {rests}
 
 
-@pytest.mark.parametrize(('places', 'agreement', 'covered'), [
-    (0.4 * np.arange(1, 17), 0.4, True), (BRAKING, 0.4, False),
-    # As hard as a small robot brakes, whose blocks agree.
-    (0.4 * np.arange(1, 17), 0.9, False)])
-def test_what_covers_the_view_of_a_vehicle_does_not_stop_it(places, agreement, covered):
-    """No vehicle stops between two frames; the blocks change over from the scene to the cover."""
+@pytest.mark.parametrize(('places', 'hides', 'covered'), [
+    (0.4 * np.arange(1, 17), True, True), (BRAKING, True, False),
+    # A small robot brakes as hard, and still sees the same scene.
+    (0.4 * np.arange(1, 17), False, False)])
+def test_what_covers_the_view_of_a_vehicle_does_not_stop_it(places, hides, covered):
+    """No vehicle stops between two frames, and then the view is another one."""
     dirt = cv2.GaussianBlur(np.random.default_rng(2).normal(size=PINHOLE.shape), (0, 0), 1.5)
 
     def cover(number, frame):
-        if len(places) <= number < len(places) + 60:
+        if hides and len(places) <= number < len(places) + 60:
             frame[:] = 100.0 + 40.0 / dirt.std() * dirt
 
-    change = [(places[-1], replace(motion(passing=0.0), agreement=agreement))] * 2
+    change = [(places[-1], replace(motion(passing=0.0), agreement=0.4))] * 2
     later = driven([*places, *places[-1] + 0.4 * np.arange(1, 20)])[len(places):]
     travels = travels_of([
         *driven(places), *change, *[(places[-1], motion(passing=0.0))] * 58, *later], cover=cover)
@@ -163,6 +164,18 @@ def test_what_covers_the_view_of_a_vehicle_does_not_stop_it(places, agreement, c
     assert travels[-1].state is TravelState.MEASURED
     assert not travels[-1].covered
     assert travels[-1].distance == pytest.approx(0.4, rel=0.1)
+
+
+def test_a_robot_that_sees_only_the_floor_stops_hard():
+    """Whatever it sees is soon out of view, which shows no cover."""
+    meter, road = RoadMeter(PINHOLE, Horizon(0.6, pitch_deviation=0.005)), Road(PINHOLE, 0.6)
+    places = [*0.4 * np.arange(20), *[19 * 0.4] * 20]
+    meter.start(road.seen(0.0))
+    travels = [
+        meter.update(road.seen(place), 0.1, motion(slope=-math.tan(0.6), passing=0.1 * step))
+        for place, step in zip(places[1:], np.diff(places))]
+    assert not any(travel.covered for travel in travels)
+    assert travels[-1].state is TravelState.STANDING
 
 
 @pytest.mark.parametrize(('passing', 'agreement', 'stands'), [
