@@ -4,7 +4,6 @@
 
 from dataclasses import dataclass, field
 from enum import Enum
-import sys
 from types import MappingProxyType
 from typing import Any, Final, TypeAlias
 
@@ -13,8 +12,6 @@ from phase_traj_ros.errors import ParameterError
 Value: TypeAlias = 'bool | int | float | str'
 
 _ROS_TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
-# Any finite number of zero or more.
-NOT_NEGATIVE: dict[str, Any] = {'minimum': 0.0, 'maximum': sys.float_info.max}
 
 _CONSTANT = 'it is a constant now; leave it out'
 _MASKED = 'leave the area out with mask_file'
@@ -98,19 +95,12 @@ class Spec:
         return _ROS_TYPES[type(self.default)]
 
     @property
-    def is_open(self) -> bool:
-        """Return whether the range has no upper limit; tools cannot use such a range."""
-        return self.maximum == sys.float_info.max
-
-    @property
     def allowed(self) -> str:
         """Return the range or the choices as text; empty if any value is allowed."""
         if self.choices:
             return 'one of ' + ', '.join(map(str, self.choices))
         if self.minimum is None:
             return ''
-        if self.is_open:
-            return 'a finite number of 0 or more'
         return f'{self.minimum:.12g} to {self.maximum:.12g}'
 
 

@@ -21,14 +21,7 @@ from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSetti
 from phase_traj_ros.core.path.speed import MAX_SPEED
 from phase_traj_ros.core.settings import CodeSource, PathSource
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.parameter_spec import (
-    Group,
-    NOT_NEGATIVE,
-    parameter,
-    REMOVED,
-    Spec,
-    Value,
-)
+from phase_traj_ros.parameter_spec import Group, parameter, REMOVED, Spec, Value
 
 NODE_NAME = 'phase_traj'
 
@@ -67,7 +60,7 @@ class Parameters:
     threshold: float = parameter(
         0.0, 'Horizontal shift between two frames from which a pair is a turn, as in the paper.'
         f' 0 leaves the choice to code_source; with code_source shift, 0 is {PAPER_THRESHOLD:g}.',
-        unit='px/frame', group=Group.USER, **NOT_NEGATIVE)
+        unit='px/frame', minimum=0.0, maximum=1e4, group=Group.USER)
     code_source: str = parameter(
         CodeSource.AUTO.value, 'What the codes are made from: the turns of the measured heading'
         ' (auto; an unknown camera is learned from the drive), the shift and a threshold, as in'

@@ -192,7 +192,7 @@ def test_no_threshold_leaves_the_choice_to_the_code_source(run, folder, tmp_path
 def test_threshold_has_to_be_finite_and_positive(refused, folder, tmp_path, threshold):
     output = tmp_path / 'results'
     message = refused('replay', folder, f'--threshold={threshold}', '--output', output)
-    assert 'give a finite number of 0 or more' in message
+    assert 'give 0 to 10000' in message
     assert not output.exists()
 
 

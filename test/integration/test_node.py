@@ -293,7 +293,7 @@ def test_parameters_change_live_or_are_refused_with_a_reason(live, topics, conne
 
 @pytest.mark.parametrize(('argument', 'message'), [
     ('threshold:=20', "'threshold' is 20: give a double, such as 20.0"),
-    ('threshold:=-1.0', "'threshold' is -1.0: give a finite number of 0 or more"),
+    ('threshold:=-1.0', "'threshold' is -1.0: give 0 to 10000"),
     ('code_source:=round', "'code_source' is 'round': give one of auto, shift, heading"),
     ('shift.decimation:=0', "'shift.decimation' is 0: give 1 to 16"),
 ])

@@ -152,13 +152,6 @@ def test_the_chain_code_is_there_before_the_first_image(started):
     assert texts[0].data.startswith('frames 0;')
 
 
-def test_where_any_number_goes_no_slider_is_offered(started):
-    described = {each.name: each for each in started.describe_parameters()}
-    for name, numbers in (('threshold', 'of 0 or more'),):
-        assert list(described[name].floating_point_range) == []
-        assert described[name].additional_constraints == f'a finite number {numbers}'
-
-
 def test_the_level_of_the_log_changes_while_the_node_runs(started):
     request = SetLoggerLevels.Request(levels=[LoggerLevel(name='phase_traj', level=10)])
     answer = started.call(SetLoggerLevels, '/phase_traj/set_logger_levels', request)

@@ -119,7 +119,7 @@ def _descriptor(spec: Spec) -> ParameterDescriptor:
         additional_constraints=spec.allowed,
         read_only=spec.read_only,
     )
-    if spec.minimum is not None and spec.maximum is not None and not spec.is_open:
+    if spec.minimum is not None and spec.maximum is not None:
         if spec.type == 'double':
             descriptor.floating_point_range = [FloatingPointRange(
                 from_value=spec.minimum, to_value=spec.maximum)]
