@@ -6,8 +6,6 @@
   const byId = (id) => document.getElementById(id);
   const pairs = data.seconds.length;
   const end = data.seconds[pairs - 1];
-  const MOVEMENT = data.movements;
-  const DIRECTION = data.directions;
   const MARGIN = { left: 72, right: 14 };
   const RIBBON = 16;
 
@@ -32,12 +30,9 @@
   let selected = 0;
   let dragFrom = null;
   let dragTo = null;
-  let colours = {};
-
-  function readColours() {
-    const style = getComputedStyle(document.documentElement);
-    colours = new Proxy({}, { get: (_, name) => style.getPropertyValue(name).trim() });
-  }
+  // The style follows the palette of the page.
+  const style = getComputedStyle(document.documentElement);
+  const colours = new Proxy({}, { get: (_, name) => style.getPropertyValue(name).trim() });
 
   // A canvas as large as its box, in device pixels, drawn on in CSS pixels.
   function prepare(canvas, height) {
@@ -348,8 +343,8 @@
       ['frame', String(frame)],
       ['shift', fixed(data.dx[selected], 1, ' px')],
       ['response', fixed(data.response[selected], 3, '')],
-      ['movement', `${data.movement[selected]} ${MOVEMENT[data.movement[selected]]}`],
-      ['direction', `${data.direction[selected]} ${DIRECTION[data.direction[selected]]}`],
+      ['movement', `${data.movement[selected]} ${data.movements[data.movement[selected]]}`],
+      ['direction', `${data.direction[selected]} ${data.directions[data.direction[selected]]}`],
       ['status', data.statuses[data.status[selected]]],
     ];
     if (data.heading) list.push(['heading', fixed(data.heading[selected], 1, '°')]);
@@ -429,12 +424,10 @@
   }
 
   function redraw() {
-    readColours();
     drawPlots();
     drawMap();
   }
 
-  readColours();
   fillStrips();
   listen();
   drawPlots();
