@@ -12,8 +12,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import numpy as np
 from phase_traj_ros.ros.outputs.messages import MESSAGES
-from phase_traj_ros.ros.playback.children import start_child
-from phase_traj_ros.ros.playback.live_run import lossless_overrides
+from phase_traj_ros.ros.playback.live_run import lossless_overrides, start_child
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
 import rclpy
 from rclpy.executors import SingleThreadedExecutor

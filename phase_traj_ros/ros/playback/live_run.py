@@ -4,6 +4,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+import ctypes
 import json
 import os
 from pathlib import Path
@@ -11,11 +12,11 @@ import signal
 import subprocess
 import sys
 import time
+from typing import Any
 
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.entities import LATCHED
-from phase_traj_ros.ros.playback.children import start_child
 from phase_traj_ros.ros.spin import ros_context
 import rclpy
 from std_msgs.msg import String
@@ -23,6 +24,7 @@ from std_msgs.msg import String
 _DISCOVERY_S = 30.0
 _SILENCE_S = 30.0
 _STOP_S = 10.0
+_PR_SET_PDEATHSIG = 1
 
 
 def run_live(
@@ -100,6 +102,18 @@ def lossless_overrides(topic: str) -> list[str]:
     return [
         argument for policy, value in policies.items()
         for argument in ('-p', f'qos_overrides.{topic}.subscription.{policy}:={value}')]
+
+
+def start_child(arguments: list[str], **options: Any) -> 'subprocess.Popen[Any]':
+    """
+    Start a process as ``subprocess.Popen`` does; it dies with the calling thread.
+
+    However the calling process ends, also killed, no node of its own remains on the network.
+    """
+    # Looked up here: between fork and exec, little is allowed.
+    prctl = ctypes.CDLL(None).prctl
+    return subprocess.Popen(
+        arguments, preexec_fn=lambda: prctl(_PR_SET_PDEATHSIG, signal.SIGKILL), **options)
 
 
 def _wait_for(process: 'subprocess.Popen[bytes]', name: str) -> None:
