@@ -9,26 +9,23 @@ from typing import Any, Final, TypeVar
 
 ItemT = TypeVar('ItemT')
 
+_DEPTH: Final = 4
 _END: Final = object()
 
 
-def prefetch(items: Iterable[ItemT], depth: int = 4) -> Generator[ItemT, None, None]:
+def prefetch(items: Iterable[ItemT]) -> Generator[ItemT, None, None]:
     """
-    Yield the items in order, while a background thread fetches up to depth of them ahead.
+    Yield the items in order, while a background thread fetches up to four of them ahead.
 
     This helps if fetching releases the interpreter lock, as decoding in OpenCV does. An error of
     the iterable is raised when its turn comes. Closing or deleting the generator stops the thread
     after the current item, closes the iterator in that thread (no other one uses it), and waits
     until this is done.
-
-    Raises ValueError, at the first item, if depth is less than 1.
     """
-    if depth < 1:
-        raise ValueError(f'depth must be at least 1, not {depth}')
     with ThreadPoolExecutor(1, 'prefetch') as thread:
         iterator = thread.submit(iter, items).result()
         ahead: deque[Future[Any]] = deque(
-            thread.submit(next, iterator, _END) for _ in range(depth))
+            thread.submit(next, iterator, _END) for _ in range(_DEPTH))
         try:
             while (item := ahead.popleft().result()) is not _END:
                 yield item

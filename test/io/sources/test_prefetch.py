@@ -8,16 +8,16 @@ from phase_traj_ros.io import prefetch
 import pytest
 
 PATIENCE = 30.0
+DEPTH = 4
 
 
 def no_thread_left():
     return all(not thread.name.startswith('prefetch') for thread in threading.enumerate())
 
 
-@pytest.mark.parametrize('depth', [1, 2, 8])
 @pytest.mark.parametrize('count', [0, 1, 7, 100])
-def test_order(count, depth):
-    assert list(prefetch(iter(range(count)), depth)) == list(range(count))
+def test_order(count):
+    assert list(prefetch(iter(range(count)))) == list(range(count))
     assert no_thread_left()
 
 
@@ -43,26 +43,25 @@ def test_fetches_while_the_caller_works():
     assert threading.current_thread() not in threads
 
 
-@pytest.mark.parametrize('depth', [1, 3])
 @pytest.mark.parametrize('taken', [1, 4])
-def test_bounded(depth, taken):
+def test_bounded(taken):
     fetched = []
     enough = threading.Event()
 
     def source():
         for index in range(1000):
             fetched.append(index)
-            if len(fetched) == taken - 1 + depth:
+            if len(fetched) == taken - 1 + DEPTH:
                 enough.set()
             yield index
 
-    items = prefetch(source(), depth)
+    items = prefetch(source())
     assert [next(items) for _ in range(taken)] == list(range(taken))
     # As many as allowed are fetched and, as is certain after the thread has ended, no more.
     assert enough.wait(PATIENCE)
     items.close()
     assert no_thread_left()
-    assert len(fetched) == taken - 1 + depth
+    assert len(fetched) == taken - 1 + DEPTH
 
 
 class BrokenError(Exception):
@@ -132,8 +131,3 @@ def test_not_started_before_the_first_item():
     items = prefetch(broken_source())
     assert no_thread_left()
     items.close()
-
-
-def test_depth():
-    with pytest.raises(ValueError, match='depth must be at least 1, not 0'):
-        next(prefetch([1], 0))
