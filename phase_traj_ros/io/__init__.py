@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inputs and outputs: sources of frames, messages, replays and their results."""
 
-from phase_traj_ros.io.images.decoding import DEFAULT_MAX_PIXELS, GreyImage
+from phase_traj_ros.io.images.decoding import GreyImage, MAX_PIXELS
 from phase_traj_ros.io.messages.image import (
     decode_compressed,
     encoding_of,
@@ -18,11 +18,11 @@ from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 
 __all__ = [
     'DEFAULT_FPS',
-    'DEFAULT_MAX_PIXELS',
     'ENCODINGS',
     'EVERYTHING',
     'FrameSource',
     'GreyImage',
+    'MAX_PIXELS',
     'Selection',
     'StampRule',
     'StampedFrame',

@@ -18,24 +18,22 @@ PICTURE_SUFFIXES: Final = (
     '.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.pgm', '.ppm', '.webp')
 """Suffixes of image files, in any case."""
 
-DEFAULT_MAX_PIXELS: Final = 2 ** 26
-"""Default limit of the size of a decoded image: 67 million pixels."""
+MAX_PIXELS: Final = 2 ** 26
+"""Limit of the size of a decoded image: 67 million pixels."""
 
 
-def decode_picture(
-    data: bytes, *, max_pixels: int = DEFAULT_MAX_PIXELS,
-) -> tuple[GreyImage, PictureHeader]:
+def decode_picture(data: bytes) -> tuple[GreyImage, PictureHeader]:
     """
     Decode a JPEG or PNG to greyscale, (H, W), uint8, or uint16 for a PNG of 16 bits.
 
-    The header is returned as well. Raises FrameError if it is neither, has more than max_pixels
+    The header is returned as well. Raises FrameError if it is neither, has more than MAX_PIXELS
     pixels (found before decoding), or is cut off or damaged.
     """
     header = read_header(data)
-    if header.width * header.height > max_pixels:
+    if header.width * header.height > MAX_PIXELS:
         raise FrameError(
             f'the image of {header.width}x{header.height} is larger than the limit of'
-            f' {max_pixels} pixels')
+            f' {MAX_PIXELS} pixels')
     return _decode(data), header
 
 

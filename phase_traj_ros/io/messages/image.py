@@ -13,7 +13,7 @@ from typing import Any, cast
 import cv2
 import numpy as np
 from phase_traj_ros.errors import FrameError
-from phase_traj_ros.io.images.decoding import decode_picture, DEFAULT_MAX_PIXELS, GreyImage
+from phase_traj_ros.io.images.decoding import decode_picture, GreyImage
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,9 +91,7 @@ def to_grey(msg: Any) -> GreyImage:
     return pixels
 
 
-def decode_compressed(
-    msg: Any, *, max_pixels: int = DEFAULT_MAX_PIXELS,
-) -> GreyImage:
+def decode_compressed(msg: Any) -> GreyImage:
     """
     Decode a compressed image message to grey, (H, W), uint8, or uint16 for a PNG of 16 bits.
 
@@ -101,12 +99,12 @@ def decode_compressed(
     is converted as well.
 
     Raises FrameError, before decoding, if the data is not a complete JPEG or PNG image or has
-    more than max_pixels pixels.
+    more than MAX_PIXELS pixels.
     """
     data = memoryview(msg.data).tobytes()
     name = str(getattr(msg, 'format', ''))
     try:
-        image, header = decode_picture(data, max_pixels=max_pixels)
+        image, header = decode_picture(data)
     except FrameError as error:
         raise FrameError(
             f'the compressed image (format {name[:40]!r}) cannot be used: {error}') from error
@@ -117,15 +115,13 @@ def decode_compressed(
     return image
 
 
-def msg_to_frame(msg: object, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> GreyImage:
+def msg_to_frame(msg: object) -> GreyImage:
     """
     Convert a raw or compressed image message to a grey image; its fields decide which it is.
 
     Raises FrameError as to_grey and decode_compressed do.
     """
-    if hasattr(msg, 'encoding'):
-        return to_grey(msg)
-    return decode_compressed(msg, max_pixels=max_pixels)
+    return to_grey(msg) if hasattr(msg, 'encoding') else decode_compressed(msg)
 
 
 def encoding_of(msg: object) -> str:

@@ -264,11 +264,13 @@ def test_compressed_cut_off(picture, suffix):
 
 
 @pytest.mark.parametrize('suffix', ['.png', '.jpg'])
-def test_compressed_limit_is_judged_by_the_header(picture, suffix):
+def test_compressed_limit_is_judged_by_the_header(picture, suffix, monkeypatch):
     msg = compressed(suffix, picture(48, 64))
-    assert decode_compressed(msg, max_pixels=48 * 64).shape == (48, 64)
+    monkeypatch.setattr(decoding, 'MAX_PIXELS', 48 * 64)
+    assert msg_to_frame(msg).shape == (48, 64)
+    monkeypatch.setattr(decoding, 'MAX_PIXELS', 48 * 64 - 1)
     with pytest.raises(FrameError, match='64x48 is larger than the limit of 3071 pixels'):
-        msg_to_frame(msg, max_pixels=48 * 64 - 1)
+        msg_to_frame(msg)
 
 
 @pytest.mark.parametrize('suffix', ['.png', '.jpg'])
@@ -277,8 +279,9 @@ def test_compressed_limit_comes_before_decoding(picture, suffix, monkeypatch):
         raise AssertionError('decoded')
 
     monkeypatch.setattr(cv2, 'imdecode', decode)
+    monkeypatch.setattr(decoding, 'MAX_PIXELS', 1)
     with pytest.raises(FrameError, match='larger than the limit'):
-        decode_compressed(compressed(suffix, picture()), max_pixels=1)
+        decode_compressed(compressed(suffix, picture()))
 
 
 @pytest.mark.parametrize('data', [
