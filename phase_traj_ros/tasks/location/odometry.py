@@ -13,12 +13,13 @@ from typing import Any, Final
 
 import numpy as np
 from phase_traj_ros.core import LengthUnit, OdometryStep, PairStatus, ScaleRange
+from phase_traj_ros.core.codes.links import MIN_STEP
+from phase_traj_ros.core.codes.text import LinksText, parse_links
 from phase_traj_ros.errors import reading, ResultError, SourceError
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.times_file import nanoseconds
 from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
 from phase_traj_ros.tasks.evaluation.replayed_drive import replay_files
-from phase_traj_ros.tasks.location.links import find_links
 from phase_traj_ros.tasks.location.motion import Motion, Motions, MovedPair
 
 IN_METRES: Final = ScaleRange(0.9, 1.1)
@@ -30,6 +31,11 @@ IN_HEIGHTS: Final = ScaleRange(1.1, 2.2)
 _STRAIGHT: Final = math.radians(30.0)
 # A line that begins with a number, as a pose does.
 _NUMBER: Final = re.compile(rb'^[ \t]*[-+.]?[0-9]', re.MULTILINE)
+# A line of equal links, bare or as ``ros2 topic echo`` prints it.
+_MESSAGE: Final = re.compile(r"""^[ \t]*(?:data:[ \t]*)?['"]?(step [^'"\r\n]*)""", re.MULTILINE)
+_UNITS: Final = (LengthUnit.METRE.value, LengthUnit.CAMERA_HEIGHT.value)
+# Longer links do not tell streets apart. More links would need too much memory.
+_LONGEST, _MOST = 100.0, 200_000
 _NO_DISTANCE: Final = (
     'has no distances to be located by: replay it with code_source auto or heading, and a camera'
     ' that sees the road')
@@ -125,6 +131,45 @@ def read_odometry(path: Path) -> DriveOdometry:
         raise SourceError(
             f'{path} {what} a line of equal links; a pose is a line of stamp x y z qx qy qz qw')
     return _read_trajectory(path)
+
+
+def find_links(path: Path, content: bytes) -> LinksText | None:
+    """
+    Return the last line of equal links in the content of a file; None if there is none.
+
+    Raises
+    ------
+    SourceError
+        The line is cut off or malformed, lacks links of the drive, has none or too many, or their
+        unit or length is not supported.
+
+    """
+    lines = _MESSAGE.findall(content.decode('utf-8-sig', 'replace'))
+    if not lines:
+        return None
+    line = lines[-1].rstrip()
+    if line.endswith('...'):
+        raise SourceError(
+            f'{path}: the last line is cut off: record it with `ros2 topic echo --full-length`')
+    try:
+        text = parse_links(line)
+    except ValueError as error:
+        raise SourceError(f'{path}: {error}') from None
+    series = text.links
+    if not series.length:
+        raise SourceError(f'{path} has no link: the drive is shorter than one')
+    if not series.complete:
+        raise SourceError(f'{path} does not have all links of a drive: older ones are left out')
+    if text.unit not in _UNITS:
+        raise SourceError(
+            f'{path} has links in the unit {text.unit!r}: give links in {" or ".join(_UNITS)}')
+    if not MIN_STEP <= text.step <= _LONGEST:
+        raise SourceError(
+            f'{path} has links of {text.step:g} {text.unit}: give links of {MIN_STEP:g} to'
+            f' {_LONGEST:g}')
+    if series.length > _MOST:
+        raise SourceError(f'{path} has {series.length} links: give a drive of at most {_MOST}')
+    return text
 
 
 def steps_of_links(directions: Iterable[int], kinds: int, length: float) -> list[OdometryStep]:
