@@ -33,7 +33,7 @@ FLOORS = {
     'synthetic': (
         'arrays', 'camera', 'textures degradations', 'scene', 'town view', 'drive'),
     'cli': (
-        'command ending escaping', 'options progress report', 'commands',
+        'ending escaping', 'options progress report', 'commands',
         'program', 'main'),
     'ros': (
         'spin health losses entities graph', 'startup', 'outputs',

@@ -1,11 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Options shared by several commands."""
+"""What the commands share: how each is described, and common options."""
 
-from argparse import ArgumentParser, Namespace
-from dataclasses import fields
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from dataclasses import dataclass, fields
 from pathlib import Path
 from textwrap import fill
+from typing import Any
 
 from phase_traj_ros.io.params_file import find_params_file, parse_assignment, read_parameters
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, FrameSource
@@ -23,6 +24,39 @@ SOURCE is one of
   a folder          of images, in natural order of their names; with times.txt (seconds, one
                     per line) in it or beside it, as in a KITTI sequence, else see --fps
 """
+
+
+@dataclass(frozen=True)
+class Command:
+    """
+    A command of the program.
+
+    Parameters
+    ----------
+    name
+        Name that the user types.
+    summary
+        Purpose, as a sentence without capital and full stop.
+    example
+        A call that shows the most common use.
+    epilog
+        Text at the end of ``--help``; line breaks are kept.
+
+    """
+
+    name: str
+    summary: str
+    example: str
+    epilog: str = ''
+
+    def add_to(self, commands: Any) -> ArgumentParser:
+        """Add the parser of this command to the subparsers; return it."""
+        parser: ArgumentParser = commands.add_parser(
+            self.name, help=self.summary,
+            description=self.summary[0].upper() + self.summary[1:] + '.',
+            epilog=f'example:\n  {self.example}\n{self.epilog.rstrip()}',
+            formatter_class=RawDescriptionHelpFormatter)
+        return parser
 
 
 def add_source(parser: ArgumentParser, *, several: bool = False) -> None:

@@ -6,8 +6,7 @@ from argparse import ArgumentParser, Namespace
 from contextlib import closing
 from pathlib import Path
 
-from phase_traj_ros.cli.command import Command
-from phase_traj_ros.cli.options import add_source, SOURCE_HELP, source_of
+from phase_traj_ros.cli.options import add_source, Command, SOURCE_HELP, source_of
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import warn
 from phase_traj_ros.core import CameraEstimate, CameraInUse, Lens

@@ -6,10 +6,9 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.demo_drive import render, replay_bag
 from phase_traj_ros.cli.commands.demo_map import run_on_map
-from phase_traj_ros.cli.options import add_force
+from phase_traj_ros.cli.options import add_force, Command
 from phase_traj_ros.cli.report import print_doubts, print_result, turn_words
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
 from phase_traj_ros.core.codes.text import describe

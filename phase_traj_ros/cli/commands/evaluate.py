@@ -5,8 +5,7 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from phase_traj_ros.cli.command import Command
-from phase_traj_ros.cli.options import add_force
+from phase_traj_ros.cli.options import add_force, Command
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.tasks.evaluation.evaluate import (
     evaluate,

@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
-from phase_traj_ros.cli.command import Command
+from phase_traj_ros.cli.options import Command
 from phase_traj_ros.core import PhaseCorrelator
 from phase_traj_ros.errors import ForeignFileError, FrameError, OutputError, SourceError
 from phase_traj_ros.io.images.decoding import PICTURE_SUFFIXES, read_picture

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
-from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.options import (
     add_force,
     add_parameters,
     add_source,
+    Command,
     request_of,
     SOURCE_HELP,
 )

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from contextlib import closing
 import math
 
-from phase_traj_ros.cli.command import Command
-from phase_traj_ros.cli.options import add_source, SOURCE_HELP, source_of
+from phase_traj_ros.cli.options import add_source, Command, SOURCE_HELP, source_of
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import warn
 from phase_traj_ros.core.camera.model import CameraModel

@@ -7,12 +7,12 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 import time
 
-from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.replay_many import add_batch, replay_many
 from phase_traj_ros.cli.options import (
     add_force,
     add_parameters,
     add_source,
+    Command,
     parameters_help,
     request_of,
     SOURCE_HELP,
