@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from phase_traj_ros.errors import FrameError, reading, SourceError
-from phase_traj_ros.io.images.header import PictureHeader, read_header, SIGNATURES
+from phase_traj_ros.io.images.header import read_header, SIGNATURES
 
 GreyImage: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | npt.NDArray[np.float32]
 """A greyscale image, (H, W), uint8, uint16 or float32."""
@@ -22,19 +22,18 @@ MAX_PIXELS: Final = 2 ** 26
 """Limit of the size of a decoded image: 67 million pixels."""
 
 
-def decode_picture(data: bytes) -> tuple[GreyImage, PictureHeader]:
+def decode_picture(data: bytes) -> tuple[GreyImage, int]:
     """
     Decode a JPEG or PNG to greyscale, (H, W), uint8, or uint16 for a PNG of 16 bits.
 
-    The header is returned as well. Raises FrameError if it is neither, has more than MAX_PIXELS
-    pixels (found before decoding), or is cut off or damaged.
+    The number of samples of a pixel in the file is returned as well. Raises FrameError if it is
+    neither, has more than MAX_PIXELS pixels (found before decoding), or is cut off or damaged.
     """
-    header = read_header(data)
-    if header.width * header.height > MAX_PIXELS:
+    width, height, channels = read_header(data)
+    if width * height > MAX_PIXELS:
         raise FrameError(
-            f'the image of {header.width}x{header.height} is larger than the limit of'
-            f' {MAX_PIXELS} pixels')
-    return _decode(data), header
+            f'the image of {width}x{height} is larger than the limit of {MAX_PIXELS} pixels')
+    return _decode(data), channels
 
 
 def read_picture(path: Path) -> GreyImage:

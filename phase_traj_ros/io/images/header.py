@@ -8,7 +8,6 @@ the memory, and older versions of it fill the missing part of a truncated JPEG w
 this is checked before decoding. Damage inside of a PNG's chunk is found by OpenCV itself.
 """
 
-from dataclasses import dataclass
 from io import BytesIO
 import struct
 from typing import Final
@@ -22,18 +21,9 @@ SIGNATURES: Final = (b'\xff\xd8\xff', b'\x89PNG\r\n\x1a\n')
 _JPEG_END = b'\xff\xd9'
 
 
-@dataclass(frozen=True, slots=True)
-class PictureHeader:
-    """Size of an image in pixels, and the number of samples of a pixel."""
-
-    width: int
-    height: int
-    channels: int
-
-
-def read_header(data: bytes) -> PictureHeader:
+def read_header(data: bytes) -> tuple[int, int, int]:
     """
-    Read the header of a JPEG or PNG image.
+    Return the width and height of a JPEG or PNG image, and the number of samples of a pixel.
 
     Raises FrameError if it is neither, the header is cut off or damaged, or there is no end
     marker. Data after the end marker is ignored: some cameras pad.
@@ -54,14 +44,16 @@ def read_header(data: bytes) -> PictureHeader:
             # Of damaged notes about the image, such as its place and time.
             simplefilter('ignore')
             with Image.open(stream, formats=(name,)) as image:
-                header = PictureHeader(*image.size, len(image.getbands()))
+                width, height, channels = *image.size, len(image.getbands())
         end = stream.tell()
-    except (OSError, ValueError, Image.DecompressionBombError) as error:
+    except Image.DecompressionBombError as error:
+        raise FrameError(f'the {name} image is too large: {error}') from error
+    except (OSError, ValueError) as error:
         raise FrameError(f'the header of the {name} image is cut off or damaged') from error
     # Only after the header: a preview in front of it has an end marker, too.
     if not (data.find(_JPEG_END, end) >= 0 if jpeg else _png_ends(data)):
         raise FrameError(f'the {name} image is cut off or damaged (it has no end)')
-    return header
+    return width, height, channels
 
 
 def _png_ends(data: bytes) -> bool:

@@ -104,13 +104,13 @@ def decode_compressed(msg: Any) -> GreyImage:
     data = memoryview(msg.data).tobytes()
     name = str(getattr(msg, 'format', ''))
     try:
-        image, header = decode_picture(data)
+        image, channels = decode_picture(data)
     except FrameError as error:
         raise FrameError(
             f'the compressed image (format {name[:40]!r}) cannot be used: {error}') from error
     layout = _LAYOUTS.get(name.partition(';')[0].strip())
     if (name.startswith('bayer_') and layout is not None and layout.code is not None
-            and header.channels == 1):
+            and channels == 1):
         return cast('GreyImage', cv2.cvtColor(image, layout.code))
     return image
 

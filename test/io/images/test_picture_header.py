@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.images.decoding import decode_picture
-from phase_traj_ros.io.images.header import PictureHeader, read_header
+from phase_traj_ros.io.images.header import read_header
 import pytest
 
 
@@ -37,12 +37,12 @@ def png(width, height, *chunks):
 ])
 def test_jpeg(options, name):
     data = picture_file('.jpg', (37, 53, 3), options=options)
-    assert read_header(data) == PictureHeader(53, 37, 3)
+    assert read_header(data) == (53, 37, 3)
 
 
 def test_png():
     data = picture_file('.png', (37, 53), np.uint16)
-    assert read_header(data) == PictureHeader(53, 37, 1)
+    assert read_header(data) == (53, 37, 1)
 
 
 def test_jpeg_preview_in_the_header_is_not_taken_for_the_picture():
@@ -51,7 +51,7 @@ def test_jpeg_preview_in_the_header_is_not_taken_for_the_picture():
     data = picture_file('.jpg', (37, 53))
     segment = b'\xff\xe1' + struct.pack('>H', len(preview) + 2) + preview
     data = data[:2] + segment + data[2:]
-    assert read_header(data) == PictureHeader(53, 37, 1)
+    assert read_header(data) == (53, 37, 1)
     with pytest.raises(FrameError, match='cut off'):
         read_header(data[:-2])
 
@@ -59,7 +59,7 @@ def test_jpeg_preview_in_the_header_is_not_taken_for_the_picture():
 def test_jpeg_may_have_fill_bytes_and_be_padded():
     data = picture_file('.jpg', (37, 53))
     data = data[:2] + b'\xff\xff\xff' + data[2:] + b'\x00' * 1000
-    assert read_header(data) == PictureHeader(53, 37, 1)
+    assert read_header(data) == (53, 37, 1)
 
 
 @pytest.mark.parametrize('body', [
@@ -109,3 +109,8 @@ def test_a_chunk_that_claims_gigabytes_is_refused_before_it_takes_memory():
             read_header(data)
     comment = struct.pack('>I', 3) + b'tEXtabc' + struct.pack('>I', zlib.crc32(b'tEXtabc'))
     assert decode_picture(good[:end] + comment + good[end:])[0].shape == (7, 5)
+
+
+def test_what_pillow_refuses_as_too_large_is_not_called_damaged():
+    with pytest.raises(FrameError, match='PNG image is too large'):
+        read_header(png(20_000, 20_000, png_chunk(b'IDAT', b'')))
