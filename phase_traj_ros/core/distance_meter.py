@@ -24,8 +24,6 @@ class DistanceMeter:
         self._height = CameraHeight(settings.camera_height, settings.camera_height_deviation)
         self.heights_per_second: float | None = None
         """Newest speed in camera heights per second, negative in reverse; None if unknown."""
-        # Time for which the vehicle has driven forward, in seconds.
-        self._forward_s = 0.0
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Continue with other settings; speeds and height are kept."""
@@ -34,7 +32,6 @@ class DistanceMeter:
     def reset(self) -> None:
         """Forget the newest speed; the height of the camera is kept."""
         self.heights_per_second = None
-        self._forward_s = 0.0
 
     def update(
         self, on_road: Travel | None, status: PairStatus, stamp_ns: int, interval_ns: int,
@@ -57,15 +54,14 @@ class DistanceMeter:
         given = self._given_distance(status, stamp_ns, interval_ns)
         if given is not None:
             height = self._height.metres or CAMERA.usual_height
-            if not self.speeds.signed and self._reverses(on_road, given / height, interval):
-                given = -given
             self.heights_per_second = given / (interval * height)
             if (given > 0.0 and on_road is not None and on_road.state is TravelState.MEASURED
                     and on_road.distance > TUNING.min_calibration_speed * interval):
                 self._height.add(given, on_road.distance, interval)
             return Travel(
                 given, (TUNING.given_speed_error * given) ** 2, TravelState.GIVEN,
-                scale=TUNING.given_speed_error)
+                scale=TUNING.given_speed_error,
+                rivalled=on_road is not None and _is_against(on_road, given / height))
         metres = self._height.metres
         if on_road is None or metres is None or not on_road.known:
             deviation = TUNING.unknown_speed_deviation * CAMERA.usual_height * interval
@@ -74,17 +70,6 @@ class DistanceMeter:
                 rivalled=on_road is not None and on_road.rivalled)
         return on_road.scaled(metres, self._height.deviation)
 
-    def _reverses(self, on_road: Travel | None, given: float, interval: float) -> bool:
-        """Return whether the road shows that a ``given`` number of heights is one in reverse."""
-        # A vehicle stops before it reverses. Later, the road is one that a leader hides as it
-        # drives off.
-        reverses = (
-            self._forward_s < TUNING.sign_time and on_road is not None and on_road.known
-            and given / TUNING.sign_factor < -on_road.distance < TUNING.sign_factor * given)
-        stands = given < TUNING.sign_speed * interval
-        self._forward_s = 0.0 if reverses or stands else self._forward_s + interval
-        return reverses
-
     def _given_distance(self, status: PairStatus, stamp_ns: int, interval_ns: int) -> float | None:
         """Return the distance in metres by a given speed; None without a speed."""
         if self._settings.awaits_speeds:
@@ -92,3 +77,10 @@ class DistanceMeter:
         if self._settings.speed == 0.0:
             return None
         return 0.0 if status is PairStatus.STILL else self._settings.speed * interval_ns * 1e-9
+
+
+def _is_against(on_road: Travel, given: float) -> bool:
+    """Return whether the road slides the other way than a ``given`` distance in heights."""
+    # It does if the speed has no sign, and if a leader that drives off hides the road.
+    return (on_road.state is TravelState.MEASURED
+            and -on_road.distance * given > TUNING.against_share * given * given)

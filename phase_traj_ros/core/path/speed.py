@@ -27,8 +27,6 @@ class SpeedTrack:
         self._max_speeds = max_speeds
         self._stamps: list[int] = []
         self._speeds: list[float] = []
-        self.signed = False
-        """Whether one of them was negative, so that they have signs."""
 
     def add(self, stamp_ns: int, speed: float) -> None:
         """
@@ -47,7 +45,6 @@ class SpeedTrack:
         if self._stamps and stamp_ns < self._stamps[-1]:
             self._stamps.clear()
             self._speeds.clear()
-        self.signed |= speed < 0.0
         self._stamps.append(stamp_ns)
         self._speeds.append(speed)
         if self._max_speeds is not None and len(self._stamps) > 2 * self._max_speeds:

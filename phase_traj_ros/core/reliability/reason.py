@@ -49,7 +49,8 @@ _SENTENCES = {
     Reason.DISTANCE_UNKNOWN: 'The distance of parts of the drive is unknown: the road is not'
                              ' visible, or it moves too far between two frames.',
     Reason.ROAD_UNCLEAR: 'Another motion stands out more on the road than that of the vehicle: the'
-                         ' video is strongly compressed, or something covers the road.',
+                         ' video is strongly compressed, something covers the road, or a given'
+                         ' speed has the wrong sign.',
     Reason.DIRECTION_CONTRADICTS_HEADING: 'On a straight, the heading is more than 60 degrees away'
                                           ' from the direction code.',
 }

@@ -175,13 +175,8 @@ class RoadTuning:
     """Least speed, in camera heights per second, at which the height is estimated."""
     given_speed_error: float = 0.05
     """Standard deviation of a given speed, as a fraction of it."""
-    sign_factor: float = 2.0
-    """Speeds without a sign are those of reverse if the road slides back as fast, within this
-    factor, ..."""
-    sign_speed: float = 0.5
-    """...which begins after a speed below this, in camera heights per second, ..."""
-    sign_time: float = 2.0
-    """...within this time in seconds: speeds come late, and once a second."""
+    against_share: float = 0.5
+    """The road contradicts a given speed if it slides the other way by more than this share."""
 
 
 TUNING = RoadTuning()
