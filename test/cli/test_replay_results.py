@@ -140,10 +140,10 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(('arguments', 'message'), [
-    (['--report'], '--report writes into the output folder: give --output DIR'),
-    (['--svg'], '--svg writes into the output folder'),
+    (['--report'], 'report writes into the output folder'),
+    (['--svg'], 'svg writes into the output folder'),
     (['--bag-out', 'x.bag'], 'its name has to end in .mcap'),
-    (['--bag-debug-images'], '--bag-debug-images needs a bag to write them to'),
+    (['--bag-debug-images'], 'bag_debug_images needs a bag to write them to'),
     (['{folder}'], 'several sources need --output DIR'),
     (['{folder}', '--output', '{out}', '--bag-out', 'a/x.mcap'], 'a name without a folder'),
     (['{folder}', '--output', '{out}', '--bag-out', 'x.bag'], 'has to end in .mcap'),

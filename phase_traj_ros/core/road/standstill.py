@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Decides what a road that does not slide means: the vehicle stands, or its view is covered."""
 
+from collections import deque
 from dataclasses import replace
 
 import cv2
@@ -32,9 +33,9 @@ class Standstill:
         # Whether the road rested in the newest pair that was compared, and whether it may have
         # since the vehicle stood, or was first seen.
         self._stops, self._stays = False, True
-        # Thumbnails of the newest frames in about the same direction, the oldest first: the age of
-        # each in seconds, the yaw since, and its pixels.
-        self._seen: list[tuple[float, float, NDArray[np.float32]]] = []
+        # Thumbnails of the newest frames, the oldest first, with their times and headings.
+        self._seen: deque[tuple[float, float, NDArray[np.float32]]] = deque()
+        self._time = self._heading = 0.0
 
     def see(self, frame: Frame, interval: float, yaw: float) -> None:
         """Add a frame, (H, W), which is ``interval`` seconds and ``yaw`` rad after the last."""
@@ -42,10 +43,12 @@ class Standstill:
         thumbnail = cv2.resize(
             np.asarray(frame[::step, ::step], np.float32), TUNING.thumbnail_px,
             interpolation=cv2.INTER_AREA)
-        self._seen = [
-            (age + interval, turned + yaw, each) for age, turned, each in self._seen
-            if age + interval <= TUNING.recall_time and abs(turned + yaw) < TUNING.recall_yaw]
-        self._seen.append((0.0, 0.0, thumbnail))  # type: ignore[arg-type]
+        self._time += interval
+        self._heading += yaw
+        self._seen.append((self._time, self._heading, thumbnail))  # type: ignore[arg-type]
+        while (self._time - self._seen[0][0] > TUNING.recall_time
+               or abs(self._heading - self._seen[0][1]) > TUNING.recall_yaw):
+            self._seen.popleft()
 
     def rests(self, near: PatchMatcher, key: RoadKeyframe, *, passes: bool) -> bool:
         """
@@ -83,7 +86,7 @@ class Standstill:
     @property
     def _sees_the_same(self) -> bool:
         """Return whether the newest frame shows the scene of before, if that had looked alike."""
-        first, later, newest = (self._seen[at][2] for at in (0, len(self._seen) // 2, -1))
+        first, later, newest = (self._seen[at][2] for at in (0, len(self._seen) // 4, -1))
         return _alike(first, newest) or not _alike(first, later)
 
 

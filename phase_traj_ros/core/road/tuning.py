@@ -103,12 +103,12 @@ class RoadTuning:
     """Width and height to which frames are reduced..."""
     thinned_px: int = 64
     """...after they are thinned to about this height, ..."""
-    recall_time: float = 2.0
-    """...to compare the view with that of this time in seconds before, ..."""
+    recall_time: float = 8.0
+    """...to compare the view with that of up to this time in seconds before, ..."""
     recall_yaw: float = 0.05
     """...if the camera has turned by less than this since, in rad, ..."""
-    same_scene: float = 0.3
-    """...and least correlation of the two in the same scene. It was 0.57 or more where rendered
+    same_scene: float = 0.2
+    """...and least correlation of the two in the same scene. It was 0.69 or more where rendered
     robots stopped hard, and 0.06 or less where something had come over the view."""
 
     block_pitch_deviation: float = 0.0006

@@ -11,7 +11,6 @@ this is checked before decoding. Damage inside of a PNG's chunk is found by Open
 from io import BytesIO
 import struct
 from typing import Final
-from warnings import catch_warnings, simplefilter
 
 from phase_traj_ros.errors import FrameError
 
@@ -40,12 +39,9 @@ def read_header(data: bytes) -> tuple[int, int, int]:
     name = 'JPEG' if jpeg else 'PNG'
     stream = BytesIO(data)
     try:
-        with catch_warnings():
-            # Of damaged notes about the image, such as its place and time.
-            simplefilter('ignore')
-            with Image.open(stream, formats=(name,)) as image:
-                width, height, channels = *image.size, len(image.getbands())
-        end = stream.tell()
+        with Image.open(stream, formats=(name,)) as image:
+            width, height, channels = *image.size, len(image.getbands())
+            end = stream.tell()
     except Image.DecompressionBombError as error:
         raise FrameError(f'the {name} image is too large: {error}') from error
     except (OSError, ValueError) as error:

@@ -68,13 +68,12 @@ class ReplayRequest:
         """Check the combination of the choices."""
         for name, chosen in (('report', self.report), ('svg', self.svg)):
             if chosen and self.output is None:
-                raise ParameterError(f'--{name} writes into the output folder: give --output DIR')
+                raise ParameterError(f'{name} writes into the output folder: give output')
         if self.bag_debug_images and self.bag_out is None:
-            raise ParameterError(
-                '--bag-debug-images needs a bag to write them to: give --bag-out FILE.mcap')
+            raise ParameterError('bag_debug_images needs a bag to write them to: give bag_out')
         if self.bag_out is not None and self.bag_out.suffix != SUFFIX:
             raise ParameterError(
-                f'--bag-out is {self.bag_out}: its name has to end in {SUFFIX}')
+                f'bag_out is {self.bag_out}: its name has to end in {SUFFIX}')
 
     @property
     def title(self) -> str:
@@ -125,10 +124,10 @@ def batch_of(
     """
     root, bag = request.output, request.bag_out
     if root is None:
-        raise ParameterError('several sources need --output DIR, for a folder each')
+        raise ParameterError('several sources need an output folder, for a folder each')
     if bag is not None and bag.name != str(bag):
         raise ParameterError(
-            f'--bag-out is {bag}: with several sources, give a name without a folder; each source'
+            f'bag_out is {bag}: with several sources, give a name without a folder; each source'
             ' writes it to its own folder')
     read = tuple(path.absolute() for path in (*sources, *request.also_read))
     requests = []
