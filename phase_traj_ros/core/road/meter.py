@@ -107,13 +107,18 @@ class RoadMeter:
         self.speed_filter.predict(interval, interval_deviation=interval_deviation)
         self.pitch.predict(interval)
         self._profile.predict(interval)
-        self._standstill.see(frame, interval, (yaw or 0.0) if motion is None else motion.yaw)
-        if still or (motion is None and yaw is None):
+        if motion is not None:
+            yaw = motion.yaw
+        self._standstill.see(frame, interval, yaw or 0.0)
+        if still or yaw is None:
             # A pair that shows no pitch rate: what it was before fades.
             self._average(0.0, interval)
         if still:
             self.start(frame)
             return self._standstill.halt(interval, self._measured)
+        if yaw is None:
+            self.start(frame)
+            return self.speed_filter.bridge(interval, self._measured)
         nod = 0.0
         if motion is not None:
             nod = self._nod(motion, interval)
@@ -130,10 +135,6 @@ class RoadMeter:
                     self._horizon.pitch_along(travel.course, travel.slope, azimuth=azimuth,
                                               lean=self._view.lean(self._roll)),
                     travel.slope_variance)
-            yaw = motion.yaw
-        elif yaw is None:
-            self.start(frame)
-            return self.speed_filter.bridge(interval, self._measured)
         turns = abs(yaw) > TUNING.driving_yaw_rate * interval
         turn = (yaw, nod - yaw * math.tan(self._roll), 0.0 if motion is None else motion.roll)
         self._key.add_rotation(

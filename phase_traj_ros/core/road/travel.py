@@ -45,7 +45,8 @@ class Travel:
         second (suspension), for about a minute (pitch of the camera), and for the whole drive
         (camera height, or speedometer).
     rivalled
-        Whether another motion is more significant on all of the road, while the vehicle drives.
+        Whether another motion is more significant on all of the road, while the vehicle drives, or
+        the road slides the other way than a given speed.
     rests
         Whether the road is in the same place as before, whatever moves above it.
     covered
