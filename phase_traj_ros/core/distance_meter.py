@@ -3,6 +3,7 @@
 """Converts the distance on the road to the unit of the path; a given speed replaces it."""
 
 from dataclasses import replace
+import math
 
 from phase_traj_ros.core.camera.camera_height import CameraHeight
 from phase_traj_ros.core.camera.tuning import TUNING as CAMERA
@@ -24,6 +25,8 @@ class DistanceMeter:
         self._height = CameraHeight(settings.camera_height, settings.camera_height_deviation)
         self.heights_per_second: float | None = None
         """Newest speed in camera heights per second, negative in reverse; None if unknown."""
+        # Stamp since which the road slides the other way than by the given speed.
+        self._against_ns: int | None = None
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Continue with other settings; speeds and height are kept."""
@@ -32,6 +35,7 @@ class DistanceMeter:
     def reset(self) -> None:
         """Forget the newest speed; the height of the camera is kept."""
         self.heights_per_second = None
+        self._against_ns = None
 
     def update(
         self, on_road: Travel | None, status: PairStatus, stamp_ns: int, interval_ns: int,
@@ -61,7 +65,8 @@ class DistanceMeter:
             return Travel(
                 given, (TUNING.given_speed_error * given) ** 2, TravelState.GIVEN,
                 scale=TUNING.given_speed_error,
-                rivalled=on_road is not None and _is_against(on_road, given / height))
+                rivalled=on_road is not None and on_road.measured and self._contradicts(
+                    on_road.distance / interval, given / (interval * height), stamp_ns))
         metres = self._height.metres
         if on_road is None or metres is None or not on_road.known:
             deviation = TUNING.unknown_speed_deviation * CAMERA.usual_height * interval
@@ -78,9 +83,13 @@ class DistanceMeter:
             return None
         return 0.0 if status is PairStatus.STILL else self._settings.speed * interval_ns * 1e-9
 
-
-def _is_against(on_road: Travel, given: float) -> bool:
-    """Return whether the road slides the other way than a ``given`` distance in heights."""
-    # It does if the speed has no sign, and if a leader that drives off hides the road.
-    return (on_road.state is TravelState.MEASURED
-            and -on_road.distance * given > TUNING.against_share * given * given)
+    def _contradicts(self, seen: float, given: float, stamp_ns: int) -> bool:
+        """Return whether the road has long slid the other way than by a given speed (heights)."""
+        # It does if the speed has no sign, and if a leader that drives off hides the road.
+        if (abs(given) < TUNING.against_speed
+                or seen * math.copysign(1.0, given) > -TUNING.against_share * abs(given)):
+            self._against_ns = None
+        elif self._against_ns is None:
+            self._against_ns = stamp_ns
+        return (self._against_ns is not None
+                and stamp_ns - self._against_ns > TUNING.speed_delay_ns)

@@ -147,19 +147,35 @@ def test_a_height_is_learned_from_speeds_at_any_frame_rate(rate_hz):
 
 @pytest.mark.parametrize(('given', 'road', 'doubted'), [
     (5.0, -0.3, True), (5.0, 0.3, False), (-5.0, -0.3, False), (-5.0, 0.3, True),
-    (5.0, -0.1, False), (0.0, -0.3, False)])
-def test_a_road_that_slides_against_a_given_speed_is_a_doubt(given, road, doubted):
+    (5.0, -0.05, False), (0.0, -0.3, False), (-1e-17, 0.3, False)])
+def test_a_road_that_long_slides_against_a_given_speed_is_a_doubt(given, road, doubted):
     """The speed counts: the road may be one that a leader hides as it drives off."""
-    meter = DistanceMeter(EstimatorSettings(awaits_speeds=True, camera_height=1.5))
-    meter.speeds.add(0, given)
-    travel = meter.update(
-        Travel(road, 1e-4, TravelState.MEASURED), PairStatus.OK, S, S // 10)
-    assert travel.state is TravelState.GIVEN
-    assert travel.distance == pytest.approx(0.1 * given)
-    assert travel.rivalled is doubted
+    meter, against = sliding(given, road, state=TravelState.MEASURED)
+    assert against.state is TravelState.GIVEN
+    assert against.distance == pytest.approx(0.1 * given)
+    assert against.rivalled is doubted
     # A road that is not seen shows nothing.
     hidden = Travel(road, 1e-4, TravelState.BRIDGED)
-    assert not meter.update(hidden, PairStatus.OK, S + S // 10, S // 10).rivalled
+    assert not meter.update(hidden, PairStatus.OK, 4 * S, S // 10).rivalled
+
+
+def test_speeds_that_are_a_second_late_do_not_contradict_the_road():
+    meter, late = sliding(5.0, -0.3, state=TravelState.MEASURED, until_ns=S)
+    assert not late.rivalled
+    # Once the road has slid as the speeds say, the time begins again.
+    for at, road in ((1.1, 0.3), (1.2, -0.3), (2.3, -0.3)):
+        measured = Travel(road, 1e-4, TravelState.MEASURED)
+        assert not meter.update(measured, PairStatus.OK, round(at * S), S // 10).rivalled
+
+
+def sliding(given, road, *, state, until_ns=2 * S):
+    """Return a meter after a road has slid for some time, and the newest distance."""
+    meter = DistanceMeter(EstimatorSettings(awaits_speeds=True, camera_height=1.5))
+    for stamp in range(S // 10, until_ns + 1, S // 10):
+        meter.speeds.add(stamp, given)
+        travel = meter.update(Travel(road, 1e-4, state), PairStatus.OK, stamp, S // 10)
+    meter.speeds.add(stamp, given)
+    return meter, travel
 
 
 def test_without_a_speed_or_a_height_nothing_is_made_up_in_metres():

@@ -46,7 +46,7 @@ class Travel:
         (camera height, or speedometer).
     rivalled
         Whether another motion is more significant on all of the road, while the vehicle drives, or
-        the road slides the other way than a given speed.
+        the road has slid the other way than by a given speed for more than a second.
     rests
         Whether the road is in the same place as before, whatever moves above it.
     covered

@@ -175,8 +175,12 @@ class RoadTuning:
     """Least speed, in camera heights per second, at which the height is estimated."""
     given_speed_error: float = 0.05
     """Standard deviation of a given speed, as a fraction of it."""
-    against_share: float = 0.5
-    """The road contradicts a given speed if it slides the other way by more than this share."""
+    against_share: float = 0.25
+    """The road contradicts a given speed if it slides the other way by more than this share..."""
+    against_speed: float = 0.1
+    """...of more than this speed..."""
+    speed_delay_ns: int = 1_200_000_000
+    """...for longer than this time: speeds come late, or once per second."""
 
 
 TUNING = RoadTuning()
