@@ -101,10 +101,13 @@ def test_reversing_goes_back():
     frames, _, model, steps = street(KITTI_CAMERA, 16)
     estimator = TrajectoryEstimator(EstimatorSettings(
         lens=Lens(camera=model), code_source=CodeSource.AUTO, camera_height=1.65))
-    # Slowly, as vehicles reverse: every frame takes three times as long as it was driven in.
+    # Slowly, as vehicles reverse: every frame takes three times as long as it was driven in, and
+    # the first one back six times.
     order = [*range(15), *[15] * 8, *range(14, 0, -1)]
     updates = [
-        estimator.update(sensor_noise(frames[index], sigma=1.0, seed=place), place * 3 * S // 10)
+        estimator.update(
+            sensor_noise(frames[index], sigma=1.0, seed=place),
+            (place + (place > 22)) * 3 * S // 10)
         for place, index in enumerate(order)]
     back = [update.travel for update in updates[-10:]]
     assert sum(travel.distance for travel in back) == pytest.approx(-steps[1:11].sum(), rel=0.04)

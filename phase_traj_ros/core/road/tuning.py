@@ -157,7 +157,7 @@ class RoadTuning:
     of tyres."""
     max_speed: float = 45.0
     """Largest speed in camera heights per second, forward and in reverse, ..."""
-    max_unseen_reverse_speed: float = 3.0
+    max_unseen_reverse_speed: float = 1.5
     """...and that in reverse where the blocks do not show it: what recedes may be traffic."""
     unknown_speed_deviation: float = 10.0
     """Standard deviation of an unknown speed."""

@@ -211,7 +211,7 @@ def test_reverse_is_told_beside_a_copy():
     meter.start(road.seen(20.0))
     copied = road.seen(20.0)
     copied[:, 250:390] = road.seen(19.64)[:, 250:390]
-    travel = meter.update(copied, 0.2, None, yaw=0.0)
+    travel = meter.update(copied, 0.3, None, yaw=0.0)
     assert travel.state is TravelState.MEASURED
     assert travel.distance == pytest.approx(-0.36, abs=CELL)
 

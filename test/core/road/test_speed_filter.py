@@ -88,7 +88,7 @@ def test_the_bounds_stay_within_what_vehicles_do(speed):
     # Seen to reverse, any speed back; else a slow one.
     seen, unseen = (SpeedFilter().bounds(0.0, reverses=reverses) for reverses in (True, False))
     assert seen[0] <= low <= speed <= high <= unseen[1] == -seen[0]
-    assert seen[1] == 0.0 and unseen[0] == -3.0 <= low
+    assert seen[1] == 0.0 and unseen[0] == -1.5 <= low
     farthest = 3.0 * speed_filter.deviation
     assert speed_filter.bounds(0.0, reverses=True)[0] == pytest.approx(speed - farthest)
     assert max(speed - low, high - speed) == pytest.approx(farthest)
