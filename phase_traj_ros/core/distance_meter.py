@@ -66,7 +66,7 @@ class DistanceMeter:
                 given, (TUNING.given_speed_error * given) ** 2, TravelState.GIVEN,
                 scale=TUNING.given_speed_error,
                 rivalled=on_road is not None and on_road.measured and self._contradicts(
-                    on_road.distance / interval, given / (interval * height), stamp_ns))
+                    on_road.distance / interval, self.heights_per_second, stamp_ns))
         metres = self._height.metres
         if on_road is None or metres is None or not on_road.known:
             deviation = TUNING.unknown_speed_deviation * CAMERA.usual_height * interval

@@ -150,7 +150,7 @@ def test_a_height_is_learned_from_speeds_at_any_frame_rate(rate_hz):
     (5.0, -0.05, False), (0.0, -0.3, False), (-1e-17, 0.3, False)])
 def test_a_road_that_long_slides_against_a_given_speed_is_a_doubt(given, road, doubted):
     """The speed counts: the road may be one that a leader hides as it drives off."""
-    meter, against = sliding(given, road, state=TravelState.MEASURED)
+    meter, against = sliding(given, road)
     assert against.state is TravelState.GIVEN
     assert against.distance == pytest.approx(0.1 * given)
     assert against.rivalled is doubted
@@ -160,7 +160,7 @@ def test_a_road_that_long_slides_against_a_given_speed_is_a_doubt(given, road, d
 
 
 def test_speeds_that_are_a_second_late_do_not_contradict_the_road():
-    meter, late = sliding(5.0, -0.3, state=TravelState.MEASURED, until_ns=S)
+    meter, late = sliding(5.0, -0.3, until_ns=S)
     assert not late.rivalled
     # Once the road has slid as the speeds say, the time begins again.
     for at, road in ((1.1, 0.3), (1.2, -0.3), (2.3, -0.3)):
@@ -168,13 +168,13 @@ def test_speeds_that_are_a_second_late_do_not_contradict_the_road():
         assert not meter.update(measured, PairStatus.OK, round(at * S), S // 10).rivalled
 
 
-def sliding(given, road, *, state, until_ns=2 * S):
+def sliding(given, road, *, until_ns=2 * S):
     """Return a meter after a road has slid for some time, and the newest distance."""
     meter = DistanceMeter(EstimatorSettings(awaits_speeds=True, camera_height=1.5))
     for stamp in range(S // 10, until_ns + 1, S // 10):
         meter.speeds.add(stamp, given)
-        travel = meter.update(Travel(road, 1e-4, state), PairStatus.OK, stamp, S // 10)
-    meter.speeds.add(stamp, given)
+        travel = meter.update(
+            Travel(road, 1e-4, TravelState.MEASURED), PairStatus.OK, stamp, S // 10)
     return meter, travel
 
 
