@@ -4,7 +4,8 @@
 Frames from a video file, read by PyAV.
 
 Unlike OpenCV's reader, it gives exact presentation times, the luma without a detour through
-colours, the number of frames only where the file has it, and it seeks to the start of a selection.
+colours, and the number of frames only where the file has it; it does not decode what is before
+the start of a selection.
 """
 
 from bisect import bisect_left
@@ -13,6 +14,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
+from itertools import chain, islice
 from typing import Any, cast
 
 import numpy as np
@@ -29,6 +31,8 @@ _CUT_OFF_S = 1.0
 _WITH_LUMA = frozenset({
     'gray', 'nv12', 'nv16', 'nv21', 'nv24', 'yuv410p', 'yuv411p', 'yuv420p', 'yuv422p', 'yuv440p',
     'yuv444p', 'yuvj411p', 'yuvj420p', 'yuvj422p', 'yuvj440p', 'yuvj444p'})
+# Containers whose packets have no times of presentation; FFmpeg counts the packets instead.
+_WITHOUT_TIMES = frozenset({'avi'})
 
 
 def has_pyav() -> bool:
@@ -68,63 +72,98 @@ class PyavSource(VideoFile):
             if first is None:
                 raise SourceError(f'{self._path}: no frame of the video can be decoded')
             self._origin = first.pts or 0
+            self._time_base = stream.time_base
             self._end = _end(stream)
             return VideoFacts(
                 float(stream.average_rate or 0), stream.frames, (container.duration or 0) / 1e6,
                 float(stream.sample_aspect_ratio or 1))
 
     def _candidates(self) -> Generator[Candidate, None, None]:
-        with self._stream() as (container, stream):
-            number, from_pts = self._seek(container, stream)
-            clock, newest = VideoClock(self._fps), self._origin
-            for frame in self._pictures(container, stream):
-                pts = getattr(frame, 'pts', None)
-                if from_pts is not None and (pts is None or pts < from_pts):
-                    continue
-                newest = newest if pts is None else max(pts, newest)
-                stamp_ns = clock.stamp_ns(self._position_ns(number, pts, stream.time_base))
-                yield Candidate(number, stamp_ns, partial(self._luma, frame, number))
-                number += 1
-            # The newest frame is shown for one period.
-            lost_s = self._end - float(newest * stream.time_base) - 1 / self._fps
-            # A fragmented .mp4 declares the frames of its first fragment.
-            if lost_s > _CUT_OFF_S and number > (self.frames.declared or 0):
-                self.frames = replace(self.frames, declared=number + round(lost_s * self._fps))
+        number, from_pts, skipped = self._start_of_selection()
+        clock, newest = VideoClock(self._fps), self._origin
+        for frame in self._shown(from_pts, skipped):
+            pts = getattr(frame, 'pts', None)
+            if from_pts is not None and (pts is None or pts < from_pts):
+                continue
+            newest = newest if pts is None else max(pts, newest)
+            stamp_ns = clock.stamp_ns(self._position_ns(number, pts))
+            yield Candidate(number, stamp_ns, partial(self._luma, frame, number))
+            number += 1
+        # The newest frame is shown for one period.
+        lost_s = self._end - float(newest * self._time_base) - 1 / self._fps
+        # A fragmented .mp4 declares the frames of its first fragment.
+        if lost_s > _CUT_OFF_S and number > (self.frames.declared or 0):
+            self.frames = replace(self.frames, declared=number + round(lost_s * self._fps))
 
-    def _position_ns(self, number: int, pts: int | None, time_base: Any) -> int | None:
+    def _position_ns(self, number: int, pts: int | None) -> int | None:
         """Return when a frame is presented, by the given rate or as the file says."""
         if self._is_constant:
             return index_stamp_ns(number, self._fps)
-        return None if pts is None else round((pts - self._origin) * time_base * 1_000_000_000)
+        return None if pts is None else round(
+            (pts - self._origin) * self._time_base * 1_000_000_000)
 
-    def _seek(self, container: Any, stream: Any) -> tuple[int, int | None]:
+    def _start_of_selection(self) -> tuple[int, int | None, int]:
         """
-        Go to the start of the selection.
+        Find the start of the selection, without decoding.
 
-        Return the number of the first frame to decode, and its presentation time; 0 and None
-        without a start, or if the file does not give the time of each frame.
+        Return the number of its first frame, the presentation time of that, and the number of
+        packets before the key frame that it needs; 0, None and 0 without a start, or if the file
+        does not give the time of each frame.
         """
+        times, key_frames, last_dts = [], [], None
+        unknown = 0, None, 0
         if not self._selection.start_ns:
-            return 0, None
-        # Packets are read, but not decoded.
-        times = [
-            packet.pts for packet in container.demux(stream)
-            if packet.size and not packet.is_discard]
-        if not times or None in times:
-            container.seek(0, stream=stream)
-            return 0, None
+            return unknown
+        with self._stream() as (container, stream):
+            if container.format.name in _WITHOUT_TIMES:
+                return unknown
+            for index, packet in enumerate(container.demux(stream)):
+                if not packet.size:
+                    continue
+                if packet.pts is None or packet.dts is None:
+                    return unknown
+                if last_dts is not None and packet.dts < last_dts:
+                    # In concatenated files, the times start again.
+                    return unknown
+                last_dts = packet.dts
+                if packet.pts >= self._origin and not packet.is_discard:
+                    times.append(packet.pts)
+                if packet.is_keyframe:
+                    key_frames.append((packet.pts, index))
+        if not times:
+            return unknown
         times.sort()
         last = len(times) - 1
         number = min(last, bisect_left(
             range(last), self._selection.start_ns,
-            key=lambda index: self._position_ns(index, times[index], stream.time_base) or 0))
-        container.seek(times[number], stream=stream)
-        return number, times[number]
+            key=lambda index: self._position_ns(index, times[index]) or 0))
+        from_pts = times[number]
+        needed = [index for pts, index in key_frames if pts <= from_pts]
+        return number, from_pts, needed[-1] if needed else 0
 
-    def _pictures(self, container: Any, stream: Any) -> Iterator[Any]:
+    def _shown(self, from_pts: int | None, skipped: int) -> Iterator[Any]:
+        """
+        Yield the frames, in the order in which they are shown.
+
+        The first packets are skipped, unless the decoder needs them for the frame at ``from_pts``:
+        some key frames do not show a whole picture.
+        """
+        if skipped and from_pts is not None:
+            with self._stream() as (container, stream):
+                pictures = self._pictures(container, stream, skipped)
+                first = next(pictures, None)
+                pts = getattr(first, 'pts', None)
+                if pts is not None and pts <= from_pts:
+                    yield from chain([first], pictures)
+                    return
+        with self._stream() as (container, stream):
+            yield from self._pictures(container, stream, 0)
+
+    def _pictures(self, container: Any, stream: Any, skipped: int) -> Iterator[Any]:
         """Yield the frames, and the error of each packet that cannot be decoded."""
         import av
-        for packet in container.demux(stream):
+        # Unlike a seek, this is exact in every container.
+        for packet in islice(container.demux(stream), skipped, None):
             try:
                 yield from packet.decode()
             except av.FFmpegError as error:

@@ -80,21 +80,44 @@ def test_times_count_from_the_first_frame(write):
         assert [frame.stamp_ns for frame in source] == [0, TENTH, 3 * TENTH]
 
 
-@pytest.mark.parametrize('name', ['a.mp4', 'a.mkv', 'a.avi'])
-@pytest.mark.parametrize('selection', [
-    Selection(start=1.25), Selection(start=0.05, every=3), Selection(start=2.1, duration=0.35),
-    Selection(start=3.85), Selection(every=7), Selection(start=0.8, duration=1.0, every=2)])
-def test_a_start_is_sought_and_gives_the_same_frames(write, name, selection):
-    path = write(name, evenly(40))
+CONTAINERS = [
+    ('a.mp4', 'mpeg4'), ('a.mkv', 'mpeg4'), ('a.avi', 'mpeg4'), ('a.ts', 'mpeg4'),
+    ('a.mp4', 'libx264'), ('a.avi', 'libx264'), ('a.ts', 'libx264'), ('a.flv', 'libx264'),
+    ('a.mpg', 'mpeg4')]
+
+
+def assert_selects_the_same(path, selection):
+    """Assert that the frames of a selection are those that reading everything gives."""
     everything = list(PyavSource(path))
-    stamps = range(selection.start_ns, 4_000_000_000 if selection.end_ns is None
-                   else selection.end_ns)
+    stamps = range(selection.start_ns, 10**10 if selection.end_ns is None else selection.end_ns)
     expected = [frame for frame in everything if frame.stamp_ns in stamps][::selection.every]
     with PyavSource(path, selection=selection) as source:
         found = list(source)
     assert [(frame.number, frame.stamp_ns) for frame in found] == [
         (frame.number, frame.stamp_ns) for frame in expected]
     assert all(np.array_equal(one.image, other.image) for one, other in zip(found, expected))
+
+
+@pytest.mark.parametrize(('name', 'codec'), CONTAINERS)
+@pytest.mark.parametrize('selection', [
+    Selection(start=1.25), Selection(start=0.05, every=3), Selection(start=2.1, duration=0.35),
+    Selection(start=3.85), Selection(every=7), Selection(start=0.8, duration=1.0, every=2)])
+def test_a_start_gives_the_same_frames_as_reading_all(write, name, codec, selection):
+    # B frames: packets in another order than frames.
+    assert_selects_the_same(
+        write(name, evenly(40), codec=codec, bf='2'), selection)
+
+
+@pytest.mark.parametrize('name', ['a.mkv', 'a.ts'])
+def test_a_start_where_key_frames_show_a_part(write, name):
+    path = write(name, evenly(40), codec='libx264', **{'x264-params': 'intra-refresh=1'})
+    assert_selects_the_same(path, Selection(start=2.1))
+
+
+def test_a_start_in_the_second_of_two_concatenated_files(write):
+    path = write('a.ts', evenly(20), codec='libx264')
+    path.write_bytes(2 * path.read_bytes())
+    assert_selects_the_same(path, Selection(start=2.5))
 
 
 def test_what_is_before_the_start_is_not_decoded(write, monkeypatch):
