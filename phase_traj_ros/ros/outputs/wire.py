@@ -33,7 +33,7 @@ def path_bytes(start: Path, points: Sequence[Corner]) -> bytes:
     text += bytes(-(8 + len(text)) % 8)
     rest = points[1:]
     poses = np.empty(len(rest), np.dtype([
-        ('stamp', 'u4', 2), ('text', f'V{len(text)}'), ('pose', 'f8', 7)]))
+        ('stamp', 'i4', 2), ('text', f'V{len(text)}'), ('pose', 'f8', 7)]))
     poses['stamp'] = [divmod(each.stamp_ns, 10**9) for each in rest]
     poses['text'] = np.void(text)
     poses['pose'] = [

@@ -15,10 +15,11 @@ STAMP = 1_700_000_000 * 10**9 + 123
 # The length of the name decides how the poses are aligned.
 @pytest.mark.parametrize('frame', ['', 'odom', 'phase', 'phase_traj', 'a/longer/name', 'ö' * 4])
 @pytest.mark.parametrize('poses', [0, 1, 2, 50])
-def test_a_path(frame, poses):
+@pytest.mark.parametrize('stamp', [STAMP, -100 * 10**9 + 1])
+def test_a_path(frame, poses, stamp):
     points = [
-        Corner(0.1 * index, -2.0 * index, index / 7 - 3, STAMP + index * 10**8)
+        Corner(0.1 * index, -2.0 * index, index / 7 - 3, stamp + index * 10**8)
         for index in range(poses)]
-    header = MESSAGES.header(STAMP, frame)
+    header = MESSAGES.header(stamp, frame)
     read = deserialize_message(MESSAGES.path(points, header), Path)
     assert read == Messages.path(MESSAGES, points, header)
