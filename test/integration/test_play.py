@@ -87,6 +87,20 @@ def test_images_keep_the_frame_of_the_recording(live):
     assert images[0].header.frame_id == 'front_camera'
 
 
+def test_a_jump_of_the_stamps_is_not_waited_for(live, capfd):
+    images = live.listen(Image, '/image')
+    stamps = [0, 10**18, 10**18 + 10**8, 2 * 10**18, 10**18 + 2 * 10**8]
+    with ros_context([]):
+        player = FramePlayer(lossless=True)
+        with spinning(player):
+            assert player.wait_for_subscribers(Event(), timeout_s=60.0)
+            frame = np.zeros((8, 8), np.uint8)
+            assert player.play([StampedFrame(frame, stamp) for stamp in stamps], Event()) == 5
+            live.until(lambda: len(images) == 5)
+    said = capfd.readouterr().err
+    assert 'the stamp of frame 1 is 1000000000 s later than the one before' in said
+
+
 def test_the_clock_is_left_to_others_unless_it_is_asked_for(live, recording):
     """The clock sets the time of every node with use_sim_time, also on a vehicle that drives."""
     images, ticks = live.listen(Image, '/image'), live.listen(Clock, '/clock')

@@ -26,8 +26,10 @@ LOSSLESS = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, depth=1, reliability=ReliabilityPolicy.RELIABLE)
 _POLL_S = 0.05
 _ACKNOWLEDGE_S = 30
-# An extreme pause or rate exceeds the longest timeout of an event.
+# An extreme rate exceeds the longest timeout of an event.
 _LONGEST_WAIT_S = 1e9
+# A stamp that is later than the previous one by more than this is wrong, or follows a break.
+_LONGEST_PAUSE_NS = 60 * 10**9
 
 
 class FramePlayer(Node):
@@ -97,7 +99,8 @@ class FramePlayer(Node):
         """
         Publish ``frames`` at ``rate`` times their recorded speed; return their number.
 
-        The timing restarts if a stamp goes back, such as from one loop to the next.
+        The timing restarts if a stamp goes back, such as from one loop to the next, or jumps by
+        more than a minute, of which it warns.
         """
         published = 0
         if self._calibrations is not None and self._lossless:
@@ -106,8 +109,13 @@ class FramePlayer(Node):
             self._wait_until_acknowledged(self._calibrations, stop)
         began, first_ns, previous_ns = time.monotonic(), 0, None
         for frame in frames:
-            if previous_ns is None or frame.stamp_ns < previous_ns:
+            step_ns = -1 if previous_ns is None else frame.stamp_ns - previous_ns
+            if step_ns < 0 or step_ns > _LONGEST_PAUSE_NS:
                 began, first_ns = time.monotonic(), frame.stamp_ns
+            if step_ns > _LONGEST_PAUSE_NS:
+                self.get_logger().warning(
+                    f'the stamp of frame {published} is {step_ns / 1e9:.0f} s later than the one'
+                    ' before: the pause is not played')
             previous_ns = frame.stamp_ns
             due = began + (frame.stamp_ns - first_ns) / 1e9 / rate
             if self._wait(due, stop, frame.stamp_ns, rate):
