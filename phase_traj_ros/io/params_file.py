@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 import os
 from pathlib import Path
 import re
+from typing import ClassVar
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.user_path import user_path
@@ -155,10 +156,13 @@ def parse_assignment(text: str) -> tuple[str, object]:
 
 class _Loader(yaml.SafeLoader):  # type: ignore[misc]
     """
-    Reads what ROS reads: no aliases, and floats of the form 1e1.
+    Reads values as ROS does (rcl_yaml_param_parser): no dates, base 60, merges or aliases.
 
     Nested aliases describe contents without bounds.
     """
+
+    yaml_implicit_resolvers: ClassVar[dict[str, object]] = {}
+    bool_values: ClassVar = {**yaml.SafeLoader.bool_values, 'y': True, 'n': False}
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         if self.check_event(yaml.AliasEvent):
@@ -168,9 +172,16 @@ class _Loader(yaml.SafeLoader):  # type: ignore[misc]
         return super().compose_node(parent, index)
 
 
-_Loader.add_implicit_resolver(
-    'tag:yaml.org,2002:float', re.compile(r'[-+]?(\d+\.?\d*[eE][-+]?\d+|\.\d+([eE][-+]?\d+)?)$'),
-    list('-+.0123456789'))
+# The first pattern that fits applies.
+for _tag, _pattern, _first in (
+        ('null', r'(~|null|Null|NULL|)$', ['~', 'n', 'N', '']),
+        ('bool', r'([yYnN]|yes|Yes|YES|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off'
+                 r'|OFF)$', 'yYnNtTfFoO'),
+        ('int', r'[-+]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)$', '-+0123456789'),
+        ('float', r'([-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))$',
+         '-+.0123456789')):
+    _Loader.add_implicit_resolver(
+        f'tag:yaml.org,2002:{_tag}', re.compile(_pattern, re.ASCII), list(_first))
 
 
 def _sections(path: Path) -> list[tuple[str, Mapping[object, object]]]:
