@@ -26,8 +26,10 @@ class Escaping(io.TextIOBase):
         self.stream = stream
 
     def write(self, text: str) -> int:
-        """Write a text."""
-        return self.stream.write(escaped(text, kept='\n\t'))
+        """Write a text; what the encoding of the stream lacks is escaped, too."""
+        encoding = self.stream.encoding or 'utf-8'
+        shown = escaped(text, kept='\n\t').encode(encoding, 'backslashreplace').decode(encoding)
+        return self.stream.write(shown)
 
     def flush(self) -> None:
         """Flush the stream."""

@@ -21,6 +21,14 @@ def test_what_is_escaped_is_printable_and_the_rest_as_it_was(text):
     assert all(sign.isprintable() or sign in '\n\t' for sign in written.getvalue())
 
 
+def test_what_the_encoding_of_a_stream_lacks_is_escaped():
+    written = io.BytesIO()
+    stream = io.TextIOWrapper(written, encoding='ascii')
+    Escaping(stream).write('written to straße\n')
+    stream.flush()
+    assert written.getvalue() == b'written to stra\\xdfe\n'
+
+
 def test_output_and_errors_are_escaped_and_the_screen_is_not(capsys):
     with escaped_output():
         print(EVIL)

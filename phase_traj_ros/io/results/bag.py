@@ -74,7 +74,8 @@ class BagSink(Watcher):
         self._target = path
         self._mounting = mounting
         self._parameters = mounting.parameters
-        self._source = source
+        # The name of a file need not be UTF-8, but a text in a message is.
+        self._source = source.encode(errors='backslashreplace').decode()
         self._debug_images = debug_images
         self._bag = ExitStack()
 

@@ -71,6 +71,8 @@ def open_source(
                 raise SourceError(f'{path} is neither a file nor a directory')
             if path.stat().st_size == 0:
                 raise SourceError(f'{path} is empty')
+            if is_bag and suffix != path.suffix:
+                raise SourceError(f'{path}: rename it to end in {suffix}, in lower case')
             if suffix in _COMPRESSED:
                 raise SourceError(
                     f'{path} is compressed: give the folder of the bag, {path.parent}')

@@ -40,7 +40,7 @@ def read_times(path: Path) -> list[int]:
     Blank lines at the end are ignored. Raises SourceError.
     """
     with reading(path):
-        lines = path.read_text(encoding='ascii').rstrip().splitlines()
+        lines = path.read_text(encoding='utf-8-sig').rstrip().splitlines()
     stamps = []
     for number, line in enumerate(lines, 1):
         try:

@@ -147,7 +147,7 @@ def match(
 def _read(path: Path) -> tuple[NDArray[np.int64] | None, NDArray[np.float64]]:
     """Return the times of the poses in nanoseconds, where given, and the other columns."""
     with reading(path):
-        lines = path.read_text(encoding='ascii').splitlines()
+        lines = path.read_text(encoding='utf-8-sig').splitlines()
     rows = [line.split() for line in lines if line.strip() and not line.lstrip().startswith('#')]
     if len(rows) < 2:
         raise SourceError(f'{path} holds fewer than two poses: give KITTI poses or a TUM file')

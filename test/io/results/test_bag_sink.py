@@ -160,6 +160,13 @@ def test_diagnostics_tell_of_the_measurement(bag):
     assert images.hardware_id == 'the source'
 
 
+def test_a_source_whose_name_is_not_utf8(tmp_path):
+    path = tmp_path / 'out.mcap'
+    with BagSink(path, Mounting(Parameters()), source='drive\udcff.mkv') as sink:
+        replay(rolled_frames(), Parameters(), source='', watchers=[sink])
+    assert Bag(path).messages['/diagnostics'][-1].status[0].hardware_id == 'drive\\udcff.mkv'
+
+
 def test_the_debug_image_shows_the_frame(bag):
     _, found = bag
     message = found['debug_image'][3]

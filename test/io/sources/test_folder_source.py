@@ -180,6 +180,12 @@ def test_invalid_times(tmp_path, line):
         read_times(path)
 
 
+def test_times_with_a_byte_order_mark(tmp_path):
+    path = tmp_path / 'times.txt'
+    path.write_text('1.0\n2.0\n', encoding='utf-8-sig')
+    assert read_times(path) == [10**9, 2 * 10**9]
+
+
 def test_times_in_a_binary_file(tmp_path):
     path = tmp_path / 'times.txt'
     path.write_bytes(b'\xff\xfe\x00')

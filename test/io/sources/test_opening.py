@@ -94,6 +94,7 @@ def test_nothing_selected(tmp_path, maker, folder, video):
     ('noise.db3', 'cannot be read as a ROS 2 bag .*ros2 bag reindex'),
     ('noise.bag', 'cannot be read as a ROS 1 bag .*rosbag reindex'),
     ('picture.png', 'single image; give the folder'),
+    ('NOISE.MCAP', 'rename it to end in .mcap'),
     ('killed', 'ROS 2 bag without metadata.yaml .*ros2 bag reindex .*killed_0.mcap'),
     ('pipe', 'neither a file nor a directory'),
 ])
@@ -104,8 +105,8 @@ def test_refuses(tmp_path, name, message):
     (tmp_path / 'empty.avi').touch()
     (tmp_path / 'text.txt').write_text('Grüße\n' * 2000, encoding='utf-8')
     (tmp_path / 'words.avi').write_text('hello\n' * 2000)
-    for suffix in ('mp4', 'mcap', 'db3', 'bag'):
-        (tmp_path / f'noise.{suffix}').write_bytes(noise)
+    for noisy in ('noise.mp4', 'noise.mcap', 'noise.db3', 'noise.bag', 'NOISE.MCAP'):
+        (tmp_path / noisy).write_bytes(noise)
     cv2.imwrite(str(tmp_path / 'picture.png'), np.zeros((4, 4), np.uint8))
     (tmp_path / 'killed').mkdir()
     (tmp_path / 'killed' / 'killed_0.mcap').touch()

@@ -205,6 +205,12 @@ def test_refuses_invalid_trajectories(tmp_path, text, message):
         read_ground_truth(path)
 
 
+def test_reads_a_file_with_a_byte_order_mark(tmp_path):
+    path = tmp_path / 'truth.txt'
+    path.write_text('# Grüße\n0 0 0 0 0 0 0 1\n1 2 0 0 0 0 0 1\n', encoding='utf-8-sig')
+    assert read_ground_truth(path).positions[1].tolist() == [2.0, 0.0]
+
+
 def test_refuses_unreadable_files(tmp_path):
     with pytest.raises(SourceError, match=r'absent.txt cannot be read: No such file'):
         read_ground_truth(tmp_path / 'absent.txt')
