@@ -170,6 +170,8 @@ class FixGate:
         self._last: tuple[PositionFix, float] | None = None
         self._doubted: tuple[PositionFix, float] | None = None
         self._doubts = 0
+        # The first of the newest fixes at one position.
+        self._repeated: tuple[PositionFix, float] | None = None
 
     def judge(
         self, fix: PositionFix, travelled: float, expected: complex | None, covariance: Floats,
@@ -190,6 +192,8 @@ class FixGate:
 
         """
         settings, last = self._settings, self._last
+        if self._is_frozen(fix, travelled):
+            return GateDecision.REJECT
         if expected is not None:
             off = np.array([fix.x - expected.real, fix.y - expected.imag])
             total = covariance + covariance_of(fix, settings.fix_road_m)
@@ -208,6 +212,14 @@ class FixGate:
         self._last, self._doubted, self._doubts = (fix, travelled), None, 0
         first = last is None and expected is None
         return GateDecision.RESTART if first or not fits else GateDecision.WEIGH
+
+    def _is_frozen(self, fix: PositionFix, travelled: float) -> bool:
+        """Return whether a receiver repeats a position while the vehicle moves, as in tunnels."""
+        same = self._repeated
+        if same is None or (fix.x, fix.y) != (same[0].x, same[0].y):
+            self._repeated = fix, travelled
+            return False
+        return travelled - same[1] >= self._settings.fix_spacing_m
 
     def _agree(
         self, before: PositionFix, travelled_before: float, fix: PositionFix, travelled: float,

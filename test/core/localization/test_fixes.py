@@ -56,6 +56,21 @@ def test_a_shift_between_gps_and_map_does_not_say_that_the_road_is_missing(town,
     assert errors(estimates, poses)[located(estimates):].max() < 15.0
 
 
+def test_a_receiver_that_repeats_its_last_fix_does_not_lose_the_place(town, poses):
+    # As many do in a tunnel.
+    locator, estimates, frozen = MapLocator(town.roads), [], 400
+    for number, step in enumerate(steps_of(poses, seed=1)):
+        estimates.append(locator.update(step))
+        if number % EVERY == 0:
+            x, y = poses[min(number, frozen) + 1, :2]
+            used = locator.fix(PositionFix(x, y, 4.0, 4.0, stamp_ns=step.stamp_ns))
+            assert not used or number <= frozen
+    assert estimates[frozen].claimed
+    # For 300 m.
+    assert known(estimates[frozen:frozen + 300]) == 1.0
+    assert errors(estimates, poses)[frozen:frozen + 300].max() < 15.0
+
+
 def test_gps_far_from_all_roads_claims_nothing(town, poses):
     assert known(follow(town, poses[:400], shift=(15.0, 20.0))) == 0.0
 
