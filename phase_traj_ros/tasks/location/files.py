@@ -110,7 +110,7 @@ def _write_gpx(located: Located, path: Path) -> None:
         text.append('<trkseg>')
         for pose, (longitude, latitude) in zip(track, _coordinates(located, track)):
             time = f'<time>{_utc(pose.stamp_ns)}</time>' if pose.stamp_ns >= _EPOCH_NS else ''
-            text.append(f'<trkpt lat="{latitude}" lon="{longitude}">{time}</trkpt>')
+            text.append(f'<trkpt lat="{latitude:.8f}" lon="{longitude:.8f}">{time}</trkpt>')
         text.append('</trkseg>')
     path.write_text('\n'.join([*text, '</trk></gpx>', '']), encoding='utf-8', errors='replace')
 

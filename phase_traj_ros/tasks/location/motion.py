@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Converts pairs of frames to the input of the locator: steps and interruptions."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 import math
 from typing import Final, TypeAlias
@@ -29,6 +31,12 @@ class Interruption:
 
     distance: float
     turn: float
+
+    @classmethod
+    def lasting(cls, seconds: float, *, distance: float = 0.0, turn: float = 0.0) -> Interruption:
+        """Return an interruption of some seconds, of at least that distance and turn."""
+        return cls(
+            max(_FASTEST * seconds, distance), min(max(_TURNING * seconds, turn), math.pi))
 
 
 ANYWHERE: Final = Interruption(1000.0, math.pi)
@@ -64,7 +72,7 @@ class MovedPair:
     cut: bool = False
 
     @classmethod
-    def of(cls, update: Update) -> 'MovedPair | None':
+    def of(cls, update: Update) -> MovedPair | None:
         """Return the pair of an update; None if the estimator measures no heading or distance."""
         if update.status is PairStatus.REPEATED:
             return cls(
@@ -95,7 +103,7 @@ class Motions:
         if pair.cut:
             return (ANYWHERE,)
         if pair.status is PairStatus.GAP:
-            return (Interruption(_FASTEST * seconds, min(_TURNING * seconds, math.pi)),)
+            return (Interruption.lasting(seconds),)
         before: tuple[Motion, ...] = ()
         distance, variance = pair.distance, pair.distance_variance
         if distance is None:

@@ -12,6 +12,7 @@ import re
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 from phase_traj_ros.core import LengthUnit, OdometryStep, PairStatus, ScaleRange
 from phase_traj_ros.core.codes.links import MIN_STEP
 from phase_traj_ros.core.codes.text import LinksText, parse_links
@@ -20,7 +21,7 @@ from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.times_file import nanoseconds
 from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
 from phase_traj_ros.tasks.evaluation.replayed_drive import replay_files
-from phase_traj_ros.tasks.location.motion import Motion, Motions, MovedPair
+from phase_traj_ros.tasks.location.motion import Interruption, Motion, Motions, MovedPair
 
 IN_METRES: Final = ScaleRange(0.9, 1.1)
 """Scale of an odometry in metres, with a standard deviation of 5 %."""
@@ -34,8 +35,12 @@ _NUMBER: Final = re.compile(rb'^[ \t]*[-+.]?[0-9]', re.MULTILINE)
 # A line of equal links, bare or as ``ros2 topic echo`` prints it.
 _MESSAGE: Final = re.compile(r"""^[ \t]*(?:data:[ \t]*)?['"]?(step [^'"\r\n]*)""", re.MULTILINE)
 _UNITS: Final = (LengthUnit.METRE.value, LengthUnit.CAMERA_HEIGHT.value)
-# Longer links do not tell streets apart. More links would need too much memory.
-_LONGEST, _MOST = 100.0, 200_000
+# Longer links do not tell streets apart, and poses that are farther apart do not show a way.
+_LONGEST: Final = 100.0
+# More links would need too much memory.
+_MOST: Final = 200_000
+# Poses that are closer do not show the direction of the motion. Metres.
+_CLEARLY_APART: Final = 1.0
 _NO_DISTANCE: Final = (
     'has no distances to be located by: replay it with code_source auto or heading, and a camera'
     ' that sees the road')
@@ -234,7 +239,34 @@ def _read_trajectory(path: Path) -> DriveOdometry:
             ' qy qz qw')
     stamps = truth.stamps_ns.tolist()
     poses = np.column_stack([truth.positions, truth.headings]).tolist()
+    steps = [
+        OdometryStep.between(before, after, stamp_ns=stamp)
+        for before, after, stamp in zip(poses, poses[1:], stamps[1:])]
+    if not _faces_forward(truth.positions, truth.headings):
+        raise SourceError(
+            f'{path} has poses that do not face where they move: give the orientations of the'
+            ' vehicle, with the x axis forward')
     motions = tuple(
-        (OdometryStep.between(before, after, stamp_ns=stamp),)
-        for before, after, stamp in zip(poses, poses[1:], stamps[1:]))
+        (_motion(step, (stamp - before) * 1e-9),)
+        for step, before, stamp in zip(steps, stamps, stamps[1:]))
     return DriveOdometry(str(path), tuple(stamps), motions, IN_METRES)
+
+
+def _motion(step: OdometryStep, seconds: float) -> Motion:
+    """Return the motion between two poses; an interruption if poses in between are missing."""
+    if abs(step.distance) <= _LONGEST:
+        return step
+    return Interruption.lasting(seconds, distance=abs(step.distance), turn=abs(step.yaw))
+
+
+def _faces_forward(positions: NDArray[np.float64], headings: NDArray[np.float64]) -> bool:
+    """Return whether a vehicle drives where its poses point: rarely aside, mostly ahead."""
+    chosen = [0]
+    for index, position in enumerate(positions):
+        if np.hypot(*(position - positions[chosen[-1]])) > _CLEARLY_APART:
+            chosen.append(index)
+    moved = np.diff(positions[chosen], axis=0)
+    middle = (headings[chosen[1:]] + headings[chosen[:-1]]) / 2
+    off, way = np.arctan2(*moved.T[::-1]) - middle, np.hypot(*moved.T)
+    aside = np.abs(np.cos(off)) < math.cos(math.pi / 4)
+    return bool(way @ np.cos(off) >= 0.0 and way @ aside <= way.sum() / 4)

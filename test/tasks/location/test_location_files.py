@@ -8,11 +8,13 @@ import json
 import re
 from xml.etree import ElementTree
 
-from made_town import drive, PLANE, write_town, write_tum
+from made_town import drive, PLANE, town_lines, write_town, write_tum
 import numpy as np
 from phase_traj_ros.core.localization.given import Prior
 from phase_traj_ros.errors import MapError
+from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_file import read_roads
+from phase_traj_ros.io.maps.write_osm import write_osm
 from phase_traj_ros.tasks.location import run
 from phase_traj_ros.tasks.location.drawing import track_before
 from phase_traj_ros.tasks.location.files import write_location
@@ -92,6 +94,19 @@ def test_stamps_that_do_not_count_from_1970_are_no_times(made, tmp_path):
 
     assert '<time>' not in (tmp_path / 'track.gpx').read_text()
     assert rows(tmp_path / 'location.csv')[1]['stamp'] == '0.100000000'
+
+
+def test_degrees_have_no_exponents_where_they_are_small(made, tmp_path):
+    _, odometry, _ = made
+    write_osm(town_lines(), tmp_path / 'null.osm', projection=LocalProjection(0.0, 0.0))
+    located = locate(odometry, read_roads(tmp_path / 'null.osm'))
+    write_location(located, tmp_path, title='drive')
+
+    assert min(abs(number) for track in located.tracks for pose in track
+               for number in located.degrees(pose.estimate)) < 1e-4
+    degrees = re.findall(r'l(?:at|on)="([^"]*)"', (tmp_path / 'track.gpx').read_text())
+    # As XML Schema has decimal numbers.
+    assert degrees and all(re.fullmatch(r'-?\d+\.\d+', each) for each in degrees)
 
 
 def test_an_interruption_parts_the_track(made, tmp_path):

@@ -153,6 +153,37 @@ def test_a_drive_without_a_turn_is_straight(tmp_path):
     assert read_odometry(write_tum(poses, tmp_path / 'straight.tum')).straight
 
 
+@pytest.mark.parametrize(('seconds', 'farthest'), [(20.0, 500.0), (1.0, 200.0)])
+def test_missing_poses_interrupt_a_trajectory(tmp_path, seconds, farthest):
+    # What happens between poses that are 200 m apart is not known; 26 m are a pose per 2 s.
+    poses = drive(step=26.0)
+    near = read_odometry(write_tum(poses, tmp_path / 'near.tum', interval=2.0))
+    assert all(isinstance(each, OdometryStep) for [each] in near.motions)
+    straight = np.column_stack([[0.0, 50.0, 250.0, 300.0], np.zeros((4, 2))])
+    far = read_odometry(write_tum(straight, tmp_path / 'far.tum', interval=seconds))
+    [_], [missing], [_] = far.motions
+    assert isinstance(missing, Interruption) and len(far.steps) == 2
+    assert missing.distance == pytest.approx(farthest)
+    assert missing.turn == (math.pi if seconds > 10.0 else 0.5)
+
+
+@pytest.mark.parametrize('turned', [math.pi, math.pi / 2])
+def test_poses_that_do_not_face_where_they_move_are_refused(tmp_path, turned):
+    poses = drive()
+    with pytest.raises(SourceError, match='poses that do not face where they move: give'):
+        read_odometry(write_tum(poses + np.array([0.0, 0.0, turned]), tmp_path / 'turned.tum'))
+    poses[:, 2] = 0.0
+    with pytest.raises(SourceError, match='poses that do not face where they move: give'):
+        read_odometry(write_tum(poses, tmp_path / 'constant.tum'))
+
+
+def test_a_drive_that_reverses_at_times_is_read(tmp_path):
+    poses = drive()
+    back = np.concatenate([poses[:300], poses[300:100:-1], poses[100:]])
+    steps = read_odometry(write_tum(back, tmp_path / 'back.tum')).steps
+    assert sum(step.distance < 0.0 for step in steps) == pytest.approx(200, abs=2)
+
+
 def test_a_trajectory_without_stamps_or_order_is_refused(tmp_path):
     path = tmp_path / 'poses.txt'
     path.write_text('1 0 0 0 0 1 0 0 0 0 1 0\n' * 3)
