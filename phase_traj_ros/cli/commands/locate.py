@@ -183,7 +183,7 @@ def _reason(located: Located) -> str:
         return (f'the drive is too short: give one of about {needed:.0f} m with several turns'
                 + (', or --near' if located.near is None else ''))
     return ('no place of the map fits better than all others: give a longer drive, and check that'
-            ' the map has its roads')
+            ' the map has its roads, and that --scale includes that of the odometry')
 
 
 def _near(text: str) -> Near:

@@ -204,7 +204,10 @@ class FixGate:
             if last is not None and travelled - last[1] < settings.fix_spacing_m:
                 return GateDecision.REJECT
         else:
-            agrees = self._doubted is not None and self._agree(*self._doubted, fix, travelled)
+            doubted = self._doubted
+            agrees = doubted is not None and self._agree(*doubted, fix, travelled)
+            if agrees and doubted and travelled - doubted[1] < settings.fix_spacing_m:
+                return GateDecision.REJECT
             self._doubts = self._doubts + 1 if agrees else 1
             self._doubted = fix, travelled
             if self._doubts < settings.fixes_to_convince:

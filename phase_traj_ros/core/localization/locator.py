@@ -189,10 +189,10 @@ class MapLocator:
         The fix applies to the pose at its stamp. It is not used if the stamp is more than 5 s
         older than the newest pose, more than 1 s ahead of it, or before the last interruption.
 
-        A fix that contradicts the leading place is not used, unless several successive ones agree
-        with each other. Nor is a fix less than 5 m after the last one: successive fixes share
-        their errors. Nor is one at the very position of a fix more than 5 m before: the receiver
-        repeats it. A fix that agrees with the leading place proves it, if its standard deviation
+        A fix that contradicts the leading place is not used, unless several successive ones, each
+        at least 5 m after the last, agree with each other. Nor is a fix less than 5 m after the
+        last one: successive fixes share their errors. Nor is one at the very position of a fix
+        more than 5 m before: the receiver repeats it. A fix that agrees with the leading place proves it, if its standard deviation
         is less than the radius of a place.
         """
         try:
@@ -258,18 +258,19 @@ class MapLocator:
         Parameters
         ----------
         distance
-            Largest distance that the vehicle may have driven in the meantime, in metres.
+            Largest distance that the vehicle may have driven in the meantime, in metres;
+            infinite if it is unknown, as after a reset.
         turn
             Standard deviation of the unobserved change of the heading in radians; pi or more if
-            it is unknown, as after a reset.
+            it is unknown.
 
         Raises
         ------
         ValueError
-            An argument is negative or NaN, or the distance is infinite.
+            An argument is negative or NaN.
 
         """
-        if not (0.0 <= distance < math.inf and turn >= 0.0):
+        if not (distance >= 0.0 and turn >= 0.0):
             raise ValueError(
                 f'the interruption is of {distance} m and {turn} rad: give numbers of 0 or more')
         settings, since = self._settings, self._reckoning.since
@@ -280,14 +281,27 @@ class MapLocator:
         self._departure.reset()
         # A sample of the hypotheses spreads over the roads that each may have reached.
         spread = self._seeding.spread(
-            resampled(self._hypotheses, settings.spread_from, self._rng), distance + PIECE_M,
-            turn, since, self._reckoning)
+            resampled(self._hypotheses, settings.spread_from, self._rng),
+            min(distance, settings.moved_m) + PIECE_M, turn, since, self._reckoning)
         if len(spread):
             self._hypotheses = resampled(
                 merged(spread, settings, self._rng), settings.most_hypotheses, self._rng)
+        if math.isinf(distance):
+            self._add_anywhere(settings.moved_anywhere)
         self._found = self._places.best(self._hypotheses, self._log_total())
         if self._found[0].probability < settings.drop_below:
             self._claim.drop()
+
+    def _add_anywhere(self, share: float) -> None:
+        """Give a share of the total weight to hypotheses on the whole map, as at the start."""
+        total, null_share = self._log_total(), self._settings.null_share
+        anywhere = total + math.log(share)
+        hypotheses = self._hypotheses
+        hypotheses.log_weight = hypotheses.log_weight + math.log1p(-share)
+        self._hypotheses = hypotheses.joined(
+            self._seeding.anywhere(self._reckoning, anywhere + math.log1p(-null_share)))
+        self._null.log_weight = float(np.logaddexp(
+            self._null.log_weight + math.log1p(-share), anywhere + math.log(null_share)))
 
 
 @dataclass(frozen=True, slots=True)

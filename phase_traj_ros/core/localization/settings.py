@@ -131,6 +131,10 @@ class LocatorSettings:
     """The vehicle has left the roads of the map when the evidence falls by this..."""
     lost_within_m: float = 60.0
     """...within this distance."""
+    moved_m: float = 1000.0
+    """An unobserved motion of unknown length ends within this distance..."""
+    moved_anywhere: float = 0.5
+    """...or, with this probability, on any road of the map."""
     return_anywhere: float = 0.1
     """Probability that a vehicle off the roads has returned to any road of the map..."""
     reseed_every_m: float = 100.0

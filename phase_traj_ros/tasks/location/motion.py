@@ -13,7 +13,8 @@ from phase_traj_ros.core import OdometryStep, PairStatus, Update
 # Bounds of an unobserved motion: speed in metres per second, yaw rate in radians per second.
 _FASTEST: Final = 25.0
 _TURNING: Final = 0.5
-# An unknown distance is bridged by the last speed, with this relative deviation, for some seconds.
+# A distance that is not measured is bridged by the last speed, with this relative deviation. A
+# vehicle may have stopped or accelerated after so many seconds.
 _SPEED_ERROR: Final = 0.5
 _SPEED_LASTS: Final = 5.0
 
@@ -24,7 +25,7 @@ class Interruption:
     An unobserved motion of the vehicle.
 
     distance
-        Largest distance that it may have driven, in metres.
+        Largest distance that it may have driven, in metres; infinite if it is unknown.
     turn
         Standard deviation of the change of its heading in radians; pi if it is unknown.
     """
@@ -39,7 +40,7 @@ class Interruption:
             max(_FASTEST * seconds, distance), min(max(_TURNING * seconds, turn), math.pi))
 
 
-ANYWHERE: Final = Interruption(1000.0, math.pi)
+ANYWHERE: Final = Interruption(math.inf, math.pi)
 """An interruption of unknown duration, such as a cut in a video or a new drive."""
 
 Motion: TypeAlias = OdometryStep | Interruption
@@ -55,7 +56,7 @@ class MovedPair:
     status
         Status of the pair. The motion of a ``REPEATED`` picture belongs to the next pair.
     distance, distance_variance
-        Distance in the unit of the odometry, and its variance; None if it is unknown.
+        Distance in the unit of the odometry, and its variance; None if it is not measured.
     yaw, yaw_variance
         Change of the heading in radians, positive to the left, and its variance.
     cut
@@ -82,7 +83,7 @@ class MovedPair:
             return None
         return cls(
             stamp_ns=update.stamp_ns, interval_ns=update.interval_ns, status=update.status,
-            distance=travel.distance if travel.known else None,
+            distance=travel.distance if travel.measured else None,
             distance_variance=travel.variance, yaw=heading.yaw, yaw_variance=heading.variance,
             cut=update.cut)
 
@@ -107,12 +108,14 @@ class Motions:
         before: tuple[Motion, ...] = ()
         distance, variance = pair.distance, pair.distance_variance
         if distance is None:
+            # These pairs share the error of one speed: the deviations add, not the variances.
+            bridged, distance = self._speed * self._unknown_s, self._speed * seconds
+            variance = _SPEED_ERROR ** 2 * ((bridged + distance) ** 2 - bridged ** 2)
             self._unknown_s += seconds
-            distance = self._speed * seconds
-            variance = (_SPEED_ERROR * distance) ** 2
-        else:
             if self._unknown_s > _SPEED_LASTS:
                 before = (Interruption(_FASTEST * self._unknown_s, 0.0),)
+                self._unknown_s = 0.0
+        else:
             self._unknown_s = 0.0
             self._speed = distance / seconds if seconds > 0.0 else self._speed
         return (*before, OdometryStep(

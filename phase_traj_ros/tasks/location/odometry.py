@@ -13,7 +13,13 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import LengthUnit, OdometryStep, PairStatus, ScaleRange
+from phase_traj_ros.core import (
+    LengthUnit,
+    OdometryStep,
+    PairStatus,
+    ScaleRange,
+    TravelState,
+)
 from phase_traj_ros.core.codes.links import MIN_STEP
 from phase_traj_ros.core.codes.text import LinksText, parse_links
 from phase_traj_ros.errors import reading, ResultError, SourceError
@@ -211,12 +217,12 @@ def _read_pair(row: dict[str, Any], cuts: frozenset[int]) -> MovedPair:
         status=PairStatus(row['status']), cut=int(row['pair']) in cuts)
     if pair.status is PairStatus.REPEATED:
         return pair
-    known = bool(row['distance'])
+    # Results of earlier versions lack some columns.
+    known = bool(row['distance']) and row.get('distance_state') != TravelState.BRIDGED.value
     return replace(
         pair, distance=float(row['distance']) if known else None,
         distance_variance=float(row['distance_variance']) if known else 0.0,
         yaw=math.radians(float(row['yaw_deg'])),
-        # Results of earlier versions lack this column.
         yaw_variance=math.radians(1.0) ** 2 * float(row.get('yaw_variance') or 0.0))
 
 

@@ -148,7 +148,7 @@ def test_a_new_drive_interrupts(made):
     while not locator.interruptions:
         pass
 
-    assert locator.interruptions == [(1000.0, math.pi)]
+    assert locator.interruptions == [(math.inf, math.pi)]
 
 
 def test_a_pair_without_a_distance_is_not_located(made):

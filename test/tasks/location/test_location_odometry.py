@@ -100,7 +100,7 @@ def test_a_gap_a_cut_and_a_lost_pair():
     [long_gap] = motions.of(pair(3, status=PairStatus.GAP, interval_ns=60 * SECOND))
 
     assert isinstance(first, OdometryStep) and first.distance == 1.0
-    assert cut == Interruption(1000.0, math.pi)
+    assert cut == Interruption(math.inf, math.pi)
     assert isinstance(gap, Interruption) and 0.0 < gap.distance < long_gap.distance
     assert gap.turn < long_gap.turn == math.pi
 
@@ -114,13 +114,24 @@ def test_an_unknown_distance_is_bridged_for_seconds():
     # The vehicle went on with 10 m/s, more or less; its yaw is known.
     for [step] in bridged:
         assert step.distance == pytest.approx(1.0) and step.yaw == 0.1
-        assert step.distance_variance == pytest.approx(0.25)
+    # The speed is off by a half, for all three pairs alike.
+    assert sum(step.distance_variance for [step] in bridged) == pytest.approx(1.5 ** 2)
     assert len(after) == 1
-    for number in range(5, 75):
-        motions.of(pair(number, distance=None))
-    lost, step = motions.of(pair(75))
-    assert isinstance(lost, Interruption) and lost.turn == 0.0
-    assert lost.distance >= 70.0 and step.distance == 1.0
+    lost = [each for number in range(5, 150) for each in motions.of(pair(number, distance=None))
+            if isinstance(each, Interruption)]
+    # Every five seconds, so that a place is not told for longer.
+    assert len(lost) == 2 and all(each.turn == 0.0 and each.distance >= 50.0 for each in lost)
+    [step] = motions.of(pair(150))
+    assert step.distance == 1.0
+
+
+def test_a_distance_that_is_not_measured_is_none(result, results):
+    bridged = Travel(1.0, 0.01, TravelState.BRIDGED)
+    assert MovedPair.of(replace(result.updates[0], travel=bridged)).distance is None
+    updates = [replace(each, travel=bridged) for each in result.updates]
+    write_shifts(replace(result, updates=updates), results / 'shifts.csv')
+    last = read_odometry(results).steps[-1]
+    assert last.distance == 0.0
 
 
 def test_an_update_without_heading_or_distance_is_no_pair(result):
