@@ -192,8 +192,8 @@ class MapLocator:
         A fix that contradicts the leading place is not used, unless several successive ones, each
         at least 5 m after the last, agree with each other. Nor is a fix less than 5 m after the
         last one: successive fixes share their errors. Nor is one at the very position of a fix
-        more than 5 m before: the receiver repeats it. A fix that agrees with the leading place proves it, if its standard deviation
-        is less than the radius of a place.
+        more than 5 m before: the receiver repeats it. A fix that agrees with the leading place
+        proves it, if its standard deviation is less than the radius of a place.
         """
         try:
             position, travelled = (
