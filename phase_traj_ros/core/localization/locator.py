@@ -282,7 +282,8 @@ class MapLocator:
         # A sample of the hypotheses spreads over the roads that each may have reached.
         spread = self._seeding.spread(
             resampled(self._hypotheses, settings.spread_from, self._rng),
-            min(distance, settings.moved_m) + PIECE_M, turn, since, self._reckoning)
+            (settings.moved_m if math.isinf(distance) else distance) + PIECE_M, turn, since,
+            self._reckoning)
         if len(spread):
             self._hypotheses = resampled(
                 merged(spread, settings, self._rng), settings.most_hypotheses, self._rng)
