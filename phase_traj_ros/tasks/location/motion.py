@@ -13,9 +13,11 @@ from phase_traj_ros.core import OdometryStep, PairStatus, Update
 # Bounds of an unobserved motion: speed in metres per second, yaw rate in radians per second.
 _FASTEST: Final = 25.0
 _TURNING: Final = 0.5
-# A distance that is not measured is bridged by the last speed, with this relative deviation. A
-# vehicle may have stopped or accelerated after so many seconds.
+# A distance that is not measured is bridged by the last speed, with this relative deviation, and
+# at least this deviation in units of the odometry per second: a standing vehicle may pull off.
+# After so many seconds, a vehicle may have stopped or accelerated.
 _SPEED_ERROR: Final = 0.5
+_LEAST_SPEED_ERROR: Final = 2.0
 _SPEED_LASTS: Final = 5.0
 
 
@@ -101,17 +103,17 @@ class Motions:
         seconds = pair.interval_ns * 1e-9
         if pair.status is PairStatus.REPEATED:
             return (OdometryStep(stamp_ns=pair.stamp_ns, distance=0.0, yaw=0.0),)
-        if pair.cut:
-            return (ANYWHERE,)
-        if pair.status is PairStatus.GAP:
-            return (Interruption.lasting(seconds),)
+        if pair.cut or pair.status is PairStatus.GAP:
+            self._unknown_s = 0.0
+            return (ANYWHERE if pair.cut else Interruption.lasting(seconds),)
         before: tuple[Motion, ...] = ()
         distance, variance = pair.distance, pair.distance_variance
         if distance is None:
+            distance = self._speed * seconds
             # These pairs share the error of one speed: the deviations add, not the variances.
-            bridged, distance = self._speed * self._unknown_s, self._speed * seconds
-            variance = _SPEED_ERROR ** 2 * ((bridged + distance) ** 2 - bridged ** 2)
-            self._unknown_s += seconds
+            deviation = max(_SPEED_ERROR * abs(self._speed), _LEAST_SPEED_ERROR)
+            begun_s, self._unknown_s = self._unknown_s, self._unknown_s + seconds
+            variance = deviation ** 2 * (self._unknown_s ** 2 - begun_s ** 2)
             if self._unknown_s > _SPEED_LASTS:
                 before = (Interruption(_FASTEST * self._unknown_s, 0.0),)
                 self._unknown_s = 0.0
