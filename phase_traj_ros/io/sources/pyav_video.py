@@ -31,8 +31,8 @@ _CUT_OFF_S = 1.0
 _WITH_LUMA = frozenset({
     'gray', 'nv12', 'nv16', 'nv21', 'nv24', 'yuv410p', 'yuv411p', 'yuv420p', 'yuv422p', 'yuv440p',
     'yuv444p', 'yuvj411p', 'yuvj420p', 'yuvj422p', 'yuvj440p', 'yuvj444p'})
-# Containers whose packets have no times of presentation; FFmpeg counts the packets instead.
-_WITHOUT_TIMES = frozenset({'avi'})
+# Containers whose packets have no times of presentation; FFmpeg derives them from the order.
+_WITHOUT_TIMES = frozenset({'asf', 'avi'})
 
 
 def has_pyav() -> bool:
@@ -61,7 +61,8 @@ class PyavSource(VideoFile):
     The frames of a video, read by PyAV.
 
     The stamps are the presentation times relative to the first frame, or those of a constant rate
-    if fps is given. Frames before the start of the selection are not decoded.
+    if fps is given. Frames before the start of the selection are not decoded: their number is that
+    of their packets, some of which a decoder drops in a damaged file.
     """
 
     _first_ns = 0
@@ -80,10 +81,12 @@ class PyavSource(VideoFile):
 
     def _candidates(self) -> Generator[Candidate, None, None]:
         number, from_pts, skipped = self._start_of_selection()
-        clock, newest = VideoClock(self._fps), self._origin
+        clock, newest, begun = VideoClock(self._fps), self._origin, False
         for frame in self._shown(from_pts, skipped):
             pts = getattr(frame, 'pts', None)
-            if from_pts is not None and (pts is None or pts < from_pts):
+            # A frame that cannot be decoded has no time: its neighbours tell where it belongs.
+            begun = begun or from_pts is None or (pts is not None and pts >= from_pts)
+            if not begun:
                 continue
             newest = newest if pts is None else max(pts, newest)
             stamp_ns = clock.stamp_ns(self._position_ns(number, pts))
@@ -121,6 +124,9 @@ class PyavSource(VideoFile):
                 if not packet.size:
                     continue
                 if packet.pts is None or packet.dts is None:
+                    return unknown
+                if last_dts is None and not packet.is_keyframe:
+                    # What comes before the first key frame may be shown or not.
                     return unknown
                 if last_dts is not None and packet.dts < last_dts:
                     # In concatenated files, the times start again.

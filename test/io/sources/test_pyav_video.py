@@ -83,7 +83,7 @@ def test_times_count_from_the_first_frame(write):
 CONTAINERS = [
     ('a.mp4', 'mpeg4'), ('a.mkv', 'mpeg4'), ('a.avi', 'mpeg4'), ('a.ts', 'mpeg4'),
     ('a.mp4', 'libx264'), ('a.avi', 'libx264'), ('a.ts', 'libx264'), ('a.flv', 'libx264'),
-    ('a.mpg', 'mpeg4')]
+    ('a.mpg', 'mpeg4'), ('a.asf', 'libx264')]
 
 
 def assert_selects_the_same(path, selection):
@@ -104,8 +104,7 @@ def assert_selects_the_same(path, selection):
     Selection(start=3.85), Selection(every=7), Selection(start=0.8, duration=1.0, every=2)])
 def test_a_start_gives_the_same_frames_as_reading_all(write, name, codec, selection):
     # B frames: packets in another order than frames.
-    assert_selects_the_same(
-        write(name, evenly(40), codec=codec, bf='2'), selection)
+    assert_selects_the_same(write(name, evenly(40), codec=codec, bf='2'), selection)
 
 
 @pytest.mark.parametrize('name', ['a.mkv', 'a.ts'])
@@ -118,6 +117,17 @@ def test_a_start_in_the_second_of_two_concatenated_files(write):
     path = write('a.ts', evenly(20), codec='libx264')
     path.write_bytes(2 * path.read_bytes())
     assert_selects_the_same(path, Selection(start=2.5))
+
+
+@pytest.mark.parametrize('name', ['a.mkv', 'a.mp4', 'a.ts'])
+def test_a_start_in_a_file_that_begins_between_key_frames(write, tmp_path, name):
+    whole, path = write(f'whole_{name}', evenly(40), bf='2'), tmp_path / name
+    with av.open(str(whole)) as source, av.open(str(path), 'w') as container:
+        stream = container.add_stream_from_template(source.streams.video[0])
+        for packet in [each for each in source.demux() if each.size][5:]:
+            packet.stream = stream
+            container.mux(packet)
+    assert_selects_the_same(path, Selection(start=2.1))
 
 
 def test_what_is_before_the_start_is_not_decoded(write, monkeypatch):
@@ -239,6 +249,10 @@ def test_damaged_frames_are_told_from_good_ones(write):
     assert 'frame 5 of the video cannot be decoded' in entries[5].reason
     # The others keep their times.
     assert [entry.stamp_ns for entry in entries] == [number * TENTH for number in range(12)]
+    with PyavSource(path, selection=Selection(start=0.25)) as source:
+        selected = list(source.entries())
+    assert [(type(entry), entry.number, entry.stamp_ns) for entry in selected] == [
+        (type(entry), entry.number, entry.stamp_ns) for entry in entries[3:]]
 
 
 @pytest.mark.parametrize('name', ['a.avi', 'a.mkv'])
