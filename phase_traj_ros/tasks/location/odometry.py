@@ -45,8 +45,12 @@ _UNITS: Final = (LengthUnit.METRE.value, LengthUnit.CAMERA_HEIGHT.value)
 _LONGEST: Final = 100.0
 # More links would need too much memory.
 _MOST: Final = 200_000
-# Poses that are closer do not show the direction of the motion. Metres.
-_CLEARLY_APART: Final = 1.0
+# Noise of positions hides the direction of the motion between closer poses. Metres.
+_CLEARLY_APART: Final = 3.0
+# A vehicle moves aside where it moves by more than this angle from where it faces or backs, in
+# radians. It rarely does: on at most this part of its way.
+_ASIDE: Final = math.radians(45.0)
+_RARELY: Final = 0.25
 _NO_DISTANCE: Final = (
     'has no distances to be located by: replay it with code_source auto or heading, and a camera'
     ' that sees the road')
@@ -244,17 +248,14 @@ def _read_trajectory(path: Path) -> DriveOdometry:
             f'{path} has no stamps: give a trajectory in the TUM format, lines of stamp x y z qx'
             ' qy qz qw')
     stamps = truth.stamps_ns.tolist()
-    poses = np.column_stack([truth.positions, truth.headings]).tolist()
-    steps = [
-        OdometryStep.between(before, after, stamp_ns=stamp)
-        for before, after, stamp in zip(poses, poses[1:], stamps[1:])]
     if not _faces_forward(truth.positions, truth.headings):
         raise SourceError(
             f'{path} has poses that do not face where they move: give the orientations of the'
             ' vehicle, with the x axis forward')
+    poses = np.column_stack([truth.positions, truth.headings]).tolist()
     motions = tuple(
-        (_motion(step, (stamp - before) * 1e-9),)
-        for step, before, stamp in zip(steps, stamps, stamps[1:]))
+        (_motion(OdometryStep.between(*around, stamp_ns=stamp), (stamp - before) * 1e-9),)
+        for *around, before, stamp in zip(poses, poses[1:], stamps, stamps[1:]))
     return DriveOdometry(str(path), tuple(stamps), motions, IN_METRES)
 
 
@@ -274,5 +275,5 @@ def _faces_forward(positions: NDArray[np.float64], headings: NDArray[np.float64]
     moved = np.diff(positions[chosen], axis=0)
     middle = (headings[chosen[1:]] + headings[chosen[:-1]]) / 2
     off, way = np.arctan2(*moved.T[::-1]) - middle, np.hypot(*moved.T)
-    aside = np.abs(np.cos(off)) < math.cos(math.pi / 4)
-    return bool(way @ np.cos(off) >= 0.0 and way @ aside <= way.sum() / 4)
+    aside = np.abs(np.cos(off)) < math.cos(_ASIDE)
+    return bool(way @ np.cos(off) >= 0.0 and way @ aside <= _RARELY * way.sum())

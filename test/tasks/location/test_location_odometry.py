@@ -125,6 +125,30 @@ def test_an_unknown_distance_is_bridged_for_seconds():
     assert step.distance == 1.0
 
 
+def test_a_vehicle_that_stood_may_have_pulled_off():
+    motions = Motions()
+    motions.of(pair(distance=0.0))
+    bridged = [motions.of(pair(number, distance=None))[0] for number in range(1, 31)]
+
+    assert all(step.distance == 0.0 for step in bridged)
+    # A car makes 9 m in 3 s.
+    assert math.sqrt(sum(step.distance_variance for step in bridged)) == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize('interrupted', [
+    {'status': PairStatus.GAP, 'interval_ns': SECOND}, {'cut': True}])
+def test_after_an_interruption_a_distance_is_bridged_anew(interrupted):
+    motions = Motions()
+    motions.of(pair())
+    first = motions.of(pair(1, distance=None))
+    for number in range(2, 40):
+        motions.of(pair(number, distance=None))
+    motions.of(pair(40, **interrupted))
+    after = motions.of(pair(41, distance=None))
+
+    assert after[0].distance_variance == pytest.approx(first[0].distance_variance)
+
+
 def test_a_distance_that_is_not_measured_is_none(result, results):
     bridged = Travel(1.0, 0.01, TravelState.BRIDGED)
     assert MovedPair.of(replace(result.updates[0], travel=bridged)).distance is None
@@ -186,6 +210,14 @@ def test_poses_that_do_not_face_where_they_move_are_refused(tmp_path, turned):
     poses[:, 2] = 0.0
     with pytest.raises(SourceError, match='poses that do not face where they move: give'):
         read_odometry(write_tum(poses, tmp_path / 'constant.tum'))
+
+
+def test_the_noise_of_positions_is_no_motion_aside(tmp_path):
+    # Ten minutes in a car park with the noise of a receiver, then a drive.
+    rng = np.random.default_rng(1)
+    poses = np.concatenate([np.tile(drive()[:1], (6000, 1)), drive()])
+    poses[:, :2] += rng.normal(0.0, 0.3, (len(poses), 2))
+    assert len(read_odometry(write_tum(poses, tmp_path / 'noisy.tum')).steps) == len(poses) - 1
 
 
 def test_a_drive_that_reverses_at_times_is_read(tmp_path):
