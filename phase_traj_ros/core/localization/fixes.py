@@ -205,10 +205,12 @@ class FixGate:
                 return GateDecision.REJECT
         else:
             doubted = self._doubted
-            agrees = doubted is not None and self._agree(*doubted, fix, travelled)
-            if agrees and doubted and travelled - doubted[1] < settings.fix_spacing_m:
-                return GateDecision.REJECT
-            self._doubts = self._doubts + 1 if agrees else 1
+            if doubted is not None and self._agree(*doubted, fix, travelled):
+                if travelled - doubted[1] < settings.fix_spacing_m:
+                    return GateDecision.REJECT
+                self._doubts += 1
+            else:
+                self._doubts = 1
             self._doubted = fix, travelled
             if self._doubts < settings.fixes_to_convince:
                 return GateDecision.REJECT

@@ -110,12 +110,12 @@ class FramePlayer(Node):
         began, first_ns, previous_ns = time.monotonic(), 0, None
         for frame in frames:
             step_ns = -1 if previous_ns is None else frame.stamp_ns - previous_ns
-            if step_ns < 0 or step_ns > _LONGEST_PAUSE_NS:
-                began, first_ns = time.monotonic(), frame.stamp_ns
             if step_ns > _LONGEST_PAUSE_NS:
                 self.get_logger().warning(
                     f'the stamp of frame {published} is {step_ns / 1e9:.0f} s later than the one'
                     ' before: the pause is not played')
+            if not 0 <= step_ns <= _LONGEST_PAUSE_NS:
+                began, first_ns = time.monotonic(), frame.stamp_ns
             previous_ns = frame.stamp_ns
             due = began + (frame.stamp_ns - first_ns) / 1e9 / rate
             if self._wait(due, stop, frame.stamp_ns, rate):
