@@ -57,16 +57,7 @@ class DistanceMeter:
             return on_road
         given = self._given_distance(status, stamp_ns, interval_ns)
         if given is not None:
-            height = self._height.metres or CAMERA.usual_height
-            self.heights_per_second = given / (interval * height)
-            if (given > 0.0 and on_road is not None and on_road.state is TravelState.MEASURED
-                    and on_road.distance > TUNING.min_calibration_speed * interval):
-                self._height.add(given, on_road.distance, interval)
-            return Travel(
-                given, (TUNING.given_speed_error * given) ** 2, TravelState.GIVEN,
-                scale=TUNING.given_speed_error,
-                rivalled=on_road is not None and on_road.measured and self._contradicts(
-                    on_road.distance / interval, self.heights_per_second, stamp_ns))
+            return self._by_speed(given, on_road, stamp_ns, interval)
         metres = self._height.metres
         if on_road is None or metres is None or not on_road.known:
             deviation = TUNING.unknown_speed_deviation * CAMERA.usual_height * interval
@@ -82,6 +73,21 @@ class DistanceMeter:
         if self._settings.speed == 0.0:
             return None
         return 0.0 if status is PairStatus.STILL else self._settings.speed * interval_ns * 1e-9
+
+    def _by_speed(
+        self, given: float, on_road: Travel | None, stamp_ns: int, interval: float,
+    ) -> Travel:
+        """Return the distance in metres by a given speed, which tells the height of the camera."""
+        height = self._height.metres or CAMERA.usual_height
+        self.heights_per_second = given / (interval * height)
+        if (given > 0.0 and on_road is not None and on_road.state is TravelState.MEASURED
+                and on_road.distance > TUNING.min_calibration_speed * interval):
+            self._height.add(given, on_road.distance, interval)
+        return Travel(
+            given, (TUNING.given_speed_error * given) ** 2, TravelState.GIVEN,
+            scale=TUNING.given_speed_error,
+            rivalled=on_road is not None and on_road.measured and self._contradicts(
+                on_road.distance / interval, self.heights_per_second, stamp_ns))
 
     def _contradicts(self, seen: float, given: float, stamp_ns: int) -> bool:
         """Return whether the road has long slid the other way than by a given speed (heights)."""

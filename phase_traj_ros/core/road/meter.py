@@ -113,28 +113,12 @@ class RoadMeter:
         if still or yaw is None:
             # A pair that shows no pitch rate: what it was before fades.
             self._average(0.0, interval)
-        if still:
             self.start(frame)
-            return self._standstill.halt(interval, self._measured)
-        if yaw is None:
-            self.start(frame)
-            return self.speed_filter.bridge(interval, self._measured)
-        nod = 0.0
+            return (self._standstill.halt(interval, self._measured) if still
+                    else self.speed_filter.bridge(interval, self._measured))
+        nod = 0.0 if motion is None else self._nod(motion, interval)
         if motion is not None:
-            nod = self._nod(motion, interval)
-            self.pitch.nod(nod, TUNING.block_pitch_deviation)
-            speeds = self.speed_filter
-            driven = speeds.speed * max(motion.age, interval)
-            if motion.near < 0.0:
-                driven = -driven
-            # At rest, the blocks do not show the direction of travel: it equals its prior.
-            moves = max(motion.passing, abs(motion.near)) > TUNING.passing
-            if moves and (not speeds.known or speeds.doubtful or driven > TUNING.min_slide):
-                travel = motion.travel
-                self.pitch.add(
-                    self._horizon.pitch_along(travel.course, travel.slope, azimuth=azimuth,
-                                              lean=self._view.lean(self._roll)),
-                    travel.slope_variance)
+            self._learn_pitch(motion, nod, interval)
         turns = abs(yaw) > TUNING.driving_yaw_rate * interval
         turn = (yaw, nod - yaw * math.tan(self._roll), 0.0 if motion is None else motion.roll)
         self._key.add_rotation(
@@ -145,6 +129,19 @@ class RoadMeter:
             passes=(motion is not None and motion.certain and motion.near >= 0.0
                     and motion.passing > TUNING.driving),
             turns=motion is not None and turns)
+
+    def _learn_pitch(self, motion: CameraMotion, nod: float, interval: float) -> None:
+        """Learn the pitch from the nod of a pair, and from its direction of travel if it drives."""
+        self.pitch.nod(nod, TUNING.block_pitch_deviation)
+        speeds, travel = self.speed_filter, motion.travel
+        driven = speeds.speed * max(motion.age, interval) * (-1.0 if motion.near < 0.0 else 1.0)
+        # At rest, the blocks do not show the direction of travel: it equals its prior.
+        moves = max(motion.passing, abs(motion.near)) > TUNING.passing
+        if moves and (not speeds.known or speeds.doubtful or driven > TUNING.min_slide):
+            self.pitch.add(
+                self._horizon.pitch_along(travel.course, travel.slope, azimuth=self._azimuth,
+                                          lean=self._view.lean(self._roll)),
+                travel.slope_variance)
 
     def _measure(
         self, frame: Frame, interval: float, turn: tuple[float, float, float], *, nod: float,
@@ -301,20 +298,9 @@ class RoadMeter:
             agreeing = [replace(
                 each, distance=each.raw / self._slide_scale(each.depth, key.nod))
                 for each in agreeing]
-        if all(each.fixed for each in agreeing):
-            if key.moves:
-                # A slow vehicle, or a pattern that is fixed to the camera: wait for a later frame.
-                key.expired = key.age >= TUNING.max_keyframe_age
-                return self._bridge_keyframe(interval)
-            if self.speed_filter.standing or key.age >= TUNING.standing_time:
-                key.expired = key.age >= TUNING.creep_time
-                if key.turns:
-                    # A vehicle that turns on the spot, or a pattern that is fixed to it, which a
-                    # later frame tells apart.
-                    return self.speed_filter.bridge(interval, self._measured, turns=True)
-                return self._standstill.halt(interval, self._measured, rests=(
-                    key.agreement > TUNING.resting_agreement
-                    and self._view.patches[0].has_moved))
+        if all(each.fixed for each in agreeing) and (
+                key.moves or self.speed_filter.standing or key.age >= TUNING.standing_time):
+            return self._without_slide(interval)
         # However wrong the stamps are, a vehicle does not stop between two frames.
         halts = best.fixed and (
             self._standstill.covered
@@ -323,6 +309,21 @@ class RoadMeter:
             return self._bridge_keyframe(interval)
         self._standstill.covered = False
         return self._travel(agreeing, interval)
+
+    def _without_slide(self, interval: float) -> Travel:
+        """Return the distance of a pair whose road has not moved since the keyframe."""
+        key = self._key
+        if key.moves:
+            # A slow vehicle, or a pattern that is fixed to the camera: wait for a later frame.
+            key.expired = key.age >= TUNING.max_keyframe_age
+            return self._bridge_keyframe(interval)
+        key.expired = key.age >= TUNING.creep_time
+        if key.turns:
+            # A vehicle that turns on the spot, or a pattern that is fixed to it, which a later
+            # frame tells apart.
+            return self.speed_filter.bridge(interval, self._measured, turns=True)
+        return self._standstill.halt(interval, self._measured, rests=(
+            key.agreement > TUNING.resting_agreement and self._view.patches[0].has_moved))
 
     def _travel(self, agreeing: list[RoadSlide], interval: float) -> Travel:
         """Return the distance of the newest pair, from the slides since the keyframe."""
