@@ -131,7 +131,7 @@ class RoadMeter:
             turns=motion is not None and turns)
 
     def _learn_pitch(self, motion: CameraMotion, nod: float, interval: float) -> None:
-        """Learn the pitch from the nod of a pair, and from its direction of travel if it drives."""
+        """Learn the pitch from the nod of a pair, and from its direction of travel in a drive."""
         self.pitch.nod(nod, TUNING.block_pitch_deviation)
         speeds, travel = self.speed_filter, motion.travel
         driven = speeds.speed * max(motion.age, interval) * (-1.0 if motion.near < 0.0 else 1.0)
