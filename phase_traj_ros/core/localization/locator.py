@@ -91,7 +91,10 @@ class MapLocator:
         """
         stride = self._reckoning.add(step)
         if stride is not None:
-            self._follow(stride)
+            if self._claim.leads and stride.in_reverse > stride.distance:
+                self._follow_reversal()
+            else:
+                self._follow(stride)
         self._track.add(step.stamp_ns, *self._newest)
         return self._estimate(step.stamp_ns)
 
@@ -131,6 +134,16 @@ class MapLocator:
             self._null.log_weight = max(self._null.log_weight, self._hypotheses.log_total)
             self._seeded_at = self._travelled
             self._claim.drop()
+
+    def _follow_reversal(self) -> None:
+        """
+        Update the filter by a stride with more reverse than forward motion.
+
+        Its distance does not tell on which road it ends: the vehicle may have backed into another.
+        """
+        displacement = complex(-self._reckoning.trail[-2])
+        self._travelled += abs(displacement) * self._scale.middle
+        self._spread(self._settings.reversed_m, 0.0, displacement)
 
     def _reseed(self) -> None:
         """Seed the whole map from time to time while the vehicle is probably off the roads."""
@@ -273,13 +286,21 @@ class MapLocator:
         if not (distance >= 0.0 and turn >= 0.0):
             raise ValueError(
                 f'the interruption is of {distance} m and {turn} rad: give numbers of 0 or more')
-        settings, since = self._settings, self._reckoning.since
-        self._reckoning.restart()
-        self._past.clear()
         self._gate.reset()
         self._track.reset()
+        self._spread(distance, turn, self._reckoning.since)
+
+    def _spread(self, distance: float, turn: float, since: complex) -> None:
+        """
+        Spread a sample of the hypotheses over the roads that each may have reached.
+
+        The vehicle is up to ``distance`` metres from the end of the displacement ``since``, and
+        its heading is off by ``turn`` radians, see ``interrupt``.
+        """
+        settings = self._settings
+        self._reckoning.restart()
+        self._past.clear()
         self._departure.reset()
-        # A sample of the hypotheses spreads over the roads that each may have reached.
         spread = self._seeding.spread(
             resampled(self._hypotheses, settings.spread_from, self._rng),
             (settings.moved_m if math.isinf(distance) else distance) + PIECE_M, turn, since,

@@ -135,6 +135,9 @@ class LocatorSettings:
     """An unobserved motion of unknown length ends within this distance..."""
     moved_anywhere: float = 0.5
     """...or, with this probability, on any road of the map."""
+    reversed_m: float = 20.0
+    """After more reverse than forward motion, the vehicle is within this distance of where the
+    odometry says."""
     return_anywhere: float = 0.1
     """Probability that a vehicle off the roads has returned to any road of the map..."""
     reseed_every_m: float = 100.0

@@ -204,6 +204,30 @@ def test_a_u_turn_on_the_road_is_followed(town):
     assert estimates[-1].claimed
 
 
+@pytest.mark.parametrize('number', [0, 2, 5, 6, 9])
+def test_backing_out_of_a_side_street_keeps_the_place(town, number):
+    # 20 m into a street that is not on the way, and back round the corner.
+    way = [tuple(node) for node in town.walk(14, seed=number)]
+    streets = [frozenset(tuple(town.nodes[end]) for end in street) for street in town.streets]
+    at, junction = next(
+        (at, way[at]) for at in range(8, 14)
+        if sum(way[at] in street for street in streets) > 2)
+    side = next(
+        end for street in streets if junction in street for end in street
+        if end not in (*way[at - 1:at + 2],))
+    there, on = drive([*way[:at + 1], side]), drive(way)
+    into = int(np.hypot(*(there[:, :2] - junction).T).argmin()) + 20
+    back = into - 35
+    on = on[int(np.hypot(*(on[:, :2] - there[back, :2]).T).argmin()) + 1:]
+    poses = np.concatenate([there[:into], there[into - 2:back:-1], on])
+    poses[:, 2] = np.unwrap(poses[:, 2])
+
+    found = follow(on_map(town), steps_of(poses, seed=number))
+    held = claimed(found)[into:]
+    assert held.mean() > 0.95
+    assert errors(found, poses)[into:][held].max() < 20.0
+
+
 def test_gps_is_the_prior_until_it_is_lost(town, poses, found):
     locator, rng, estimates = MapLocator(town.roads), np.random.default_rng(5), []
     for number, step in enumerate(steps_of(poses, seed=1)):

@@ -16,7 +16,7 @@ MIDDLE, PRIOR = math.log(RANGE.middle), RANGE.log_deviation ** 2
 
 
 def stride(turned):
-    return Stride(5.0, 0.0, 0.0, 0.0, chord=0.0, bend=abs(turned), turned=turned)
+    return Stride(5.0, 0.0, 0.0, 0.0, 0.0, chord=0.0, bend=abs(turned), turned=turned)
 
 
 def some(count=20):

@@ -17,7 +17,9 @@ class Stride:
     A stride of the odometry and the chord that ends with it, in the axes of the odometry.
 
     distance
-        Distance along the path, in the unit of the odometry.
+        Distance along the path, in the unit of the odometry: forward minus reverse.
+    in_reverse
+        Distance driven in reverse during the stride, 0 or more.
     distance_variance, yaw_variance
         Variances of the distance and of the change of the heading during the stride.
     scale_variance
@@ -31,6 +33,7 @@ class Stride:
     """
 
     distance: float
+    in_reverse: float
     distance_variance: float
     yaw_variance: float
     scale_variance: float
@@ -71,7 +74,7 @@ class DeadReckoning:
 
     def _begin_stride(self) -> None:
         self.since = 0j
-        self._distance = self._distance_variance = 0.0
+        self._distance = self._in_reverse = self._distance_variance = 0.0
         self._yaw_variance = self._scale_variance = 0.0
 
     def add(self, step: OdometryStep) -> Stride | None:
@@ -79,6 +82,7 @@ class DeadReckoning:
         self.since += cmath.rect(step.distance, self.heading + step.yaw / 2)
         self.heading += step.yaw
         self._distance += step.distance
+        self._in_reverse += max(-step.distance, 0.0)
         self._distance_variance += step.distance_variance
         self._yaw_variance += step.yaw_variance
         self._scale_variance += step.scale_variance
@@ -92,8 +96,8 @@ class DeadReckoning:
         turned = math.remainder(chord - self._chord, math.tau)
         self._chord = chord
         stride = Stride(
-            self._distance, self._distance_variance, self._yaw_variance, self._scale_variance,
-            chord, float(bend_of(self.trail)), turned)
+            self._distance, self._in_reverse, self._distance_variance, self._yaw_variance,
+            self._scale_variance, chord, float(bend_of(self.trail)), turned)
         self._begin_stride()
         return stride
 
