@@ -284,7 +284,8 @@ class TrajectoryEstimator:
             self._count(stamp_ns)
             self.measure_ns = 0
             return self._integration.repeat(stamp_ns, interval_ns)
-        times = PairTimes(waited_ns * 1e-9, interval_ns * 1e-9, self._interval_deviation)
+        times = PairTimes(
+            waited_ns * 1e-9, interval_ns * 1e-9, self._interval_deviation(interval_ns))
         pair = None
         if not self._is_foreseen(frame, picture, times, encoding):
             pair = self._meter.measure(
@@ -314,17 +315,19 @@ class TrajectoryEstimator:
         self.last_stamp_ns = stamp_ns
         self._integration.count_frame()
 
-    @property
-    def _interval_deviation(self) -> float:
-        """Return the standard deviation of the interval between two frames in seconds."""
-        return 1e-9 * math.hypot(self._repeats.deviation_ns, self._jitter.deviation_ns)
+    def _interval_deviation(self, interval_ns: int) -> float:
+        """Return the standard deviation of an interval between two frames in seconds."""
+        return 1e-9 * math.hypot(
+            self._repeats.deviation_ns, self._jitter.deviation_ns(interval_ns))
 
     def _is_foreseen(
         self, frame: Frame, picture: NDArray[np.uint8], times: PairTimes, encoding: str,
     ) -> bool:
         """Return whether a frame needs no measurement, as the motion continues."""
-        # A video that repeats some of its pictures has the stamps of another clock.
+        # A video that repeats some of its pictures has the stamps of another clock, and the motion
+        # until a frame is not known if its stamp may be off by as much as the interval.
         return (self._integration.foreseeable and self._repeats.deviation_ns == 0.0
+                and times.deviation < times.interval
                 and self._meter.can_foresee(
                     frame, picture, times, encoding, self._integration.motion.speed))
 

@@ -68,6 +68,21 @@ def test_a_film_is_measured_or_its_road_is_called_unclear(request, road):
             assert near and film.reliability.of_drive.reliable
 
 
+@pytest.mark.parametrize('share', [0.15, 0.5])
+def test_frames_that_arrive_late_change_no_distance(share):
+    frames, stamps, model, steps = street(KITTI_CAMERA, 60)
+    rng = np.random.default_rng(0)
+    delay = rng.uniform(0.04, 0.07, len(frames)) * (rng.random(len(frames)) < share)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        lens=Lens(camera=model), code_source=CodeSource.AUTO,
+        camera_height=KITTI_CAMERA.above_ground))
+    updates = [estimator.update(frame, stamp + round(S * late))
+               for frame, stamp, late in zip(frames, stamps, delay)]
+    assert estimator.way.distance == pytest.approx(steps.sum(), rel=0.02)
+    assert estimator.reliability.of_drive.reliable
+    assert all(update.travel.state is TravelState.MEASURED for update in updates[1:])
+
+
 @pytest.mark.parametrize(('sequence', 'stretch'), [('00', slice(20, 90)), ('06', slice(0, 51))])
 def test_real_roads(kitti_root, sequence, stretch):
     folder = kitti_root / sequence

@@ -25,17 +25,18 @@ class StampJitter:
         """Add the interval between two frames of the stream."""
         self._intervals_ns.append(interval_ns)
 
-    @property
-    def deviation_ns(self) -> float:
+    def deviation_ns(self, interval_ns: int) -> float:
         """
         Return the standard deviation of an interval, in nanoseconds.
 
-        It is that of the intervals that are near the median. The others are those of lost frames
-        or of another rate, and are as long as they seem.
+        It is that of the intervals up to the median, as a longer one may be that of lost frames,
+        which is as long as it seems. It is at least what this interval differs from a multiple of
+        the median: the exposures are whole periods apart.
         """
         if not self._intervals_ns:
             return 0.0
         usual = median_low(self._intervals_ns)
-        off = np.array(self._intervals_ns) - usual
-        near = off[np.abs(off) < TUNING.jitter_outlier_share * usual]
-        return float(np.sqrt(np.mean(np.square(near, dtype=np.float64))))
+        early = np.array([usual - each for each in self._intervals_ns if each <= usual], float)
+        periods = max(round(interval_ns / usual), 1)
+        return max(
+            float(np.sqrt(np.mean(early ** 2))), float(abs(interval_ns - periods * usual)))

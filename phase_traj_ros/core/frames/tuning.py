@@ -50,10 +50,7 @@ class FramesTuning:
     """Frames for which a video that repeated a picture is expected to do so again."""
 
     jitter_intervals: int = 15
-    """Newest intervals from which the jitter of the stamps is estimated, ..."""
-    jitter_outlier_share: float = 0.4
-    """...unless they differ from their median by more than this share of it: a lost frame doubles
-    an interval."""
+    """Newest intervals from which the jitter of the stamps is estimated."""
     jump_ns: int = 1_000_000_000
     """A jump of the stamps of more than this is doubtful until the next stamp confirms it. Below
     it are swapped neighbours and the steps of a clock that NTP corrects; a gap in a recording is
