@@ -12,7 +12,7 @@ from phase_traj_ros.core.localization.fixes import check_age
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_classes import Roads
-from phase_traj_ros.io.maps.road_file import read_roads
+from phase_traj_ros.io.maps.road_file import read_roads, RoadFile
 from phase_traj_ros.io.messages.diagnostics import Level, Report
 from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.parameters import MAP_FRAME, Parameters
@@ -49,9 +49,13 @@ class Location:
     a second, with the stamps of the frames that they belong to.
     """
 
-    def __init__(self, node: Node, entities: Entities, values: Parameters) -> None:
+    def __init__(
+        self, node: Node, entities: Entities, values: Parameters, roads: RoadFile | None = None,
+    ) -> None:
         """
-        Read the map, start the locator, and make the publishers on ``node``.
+        Start the locator, and make the publishers on ``node``.
+
+        ``roads`` are those of the map; None reads them.
 
         Raises
         ------
@@ -70,24 +74,25 @@ class Location:
         self._estimate, self._estimate_ns = UNKNOWN, 0
         self._stamp_ns: int | None = None
         self._failed = False
-        self._roads = read_roads(
+        self.roads = roads or read_roads(
             user_path(values.map_file), Roads(values.map_roads),
             datum=_datum(values.map_datum))
+        """The roads of the map."""
         self._fix = entities.create_publisher(NavSatFix, '~/fix', PER_PAIR)
         self._odom = entities.create_publisher(OdometryMessage, '~/odom_map', PER_PAIR)
         self._candidates = entities.create_publisher(MarkerArray, '~/candidates', 1)
-        roads = entities.create_publisher(MarkerArray, '~/roads', LATCHED)
-        roads.publish(road_markers(self._roads.lines, MESSAGES.header(0, MAP_FRAME)))
+        markers = entities.create_publisher(MarkerArray, '~/roads', LATCHED)
+        markers.publish(road_markers(self.roads.lines, MESSAGES.header(0, MAP_FRAME)))
         # REP 105 needs an odometry in metres; /tf_static may give the camera height later.
         self._transform = (
             MapTransform(node, entities, values.odom_frame)
             if values.publish_map_tf and values.settings.metric else None)
         # Last: nobody would stop its thread if any of the above failed.
         self._worker = LocatorWorker(MapLocator(
-            self._roads.road_map, scale=IN_METRES if values.settings.metric else IN_HEIGHTS))
-        origin = self._roads.projection
+            self.roads.road_map, scale=IN_METRES if values.settings.metric else IN_HEIGHTS))
+        origin = self.roads.projection
         node.get_logger().info(
-            f'{values.map_file}: {self._roads.length / 1e3:.0f} km of road, datum'
+            f'{values.map_file}: {self.roads.length / 1e3:.0f} km of road, datum'
             f' {origin.latitude:.6f},{origin.longitude:.6f}')
 
     @staticmethod
@@ -146,14 +151,14 @@ class Location:
                 Level.ERROR, 'another node publishes the parent of the odometry', values)
         if not estimate.claimed:
             return Report(Level.OK, 'the place is not known', values)
-        latitude, longitude = self._roads.projection.to_degrees(estimate.x, estimate.y)
+        latitude, longitude = self.roads.projection.to_degrees(estimate.x, estimate.y)
         return Report(Level.OK, 'the place is known', {
             **values, 'latitude': f'{latitude:.7f}', 'longitude': f'{longitude:.7f}',
             'standard deviation (m)': f'{estimate.standard_deviation:.1f}'})
 
     def _on_fix(self, message: NavSatFix) -> None:
         try:
-            fix = position_fix(message, self._roads.projection)
+            fix = position_fix(message, self.roads.projection)
             if fix is None:
                 return
             if fix.stamp_ns is not None and self._stamp_ns is not None:
@@ -179,7 +184,7 @@ class Location:
     def _publish(self, moved: Moved, estimate: LocationEstimate) -> None:
         values = self._values
         self._fix.publish(fix_message(
-            estimate, moved.stamp_ns, values.child_frame_id, self._roads.projection))
+            estimate, moved.stamp_ns, values.child_frame_id, self.roads.projection))
         if not estimate.claimed:
             return
         header = MESSAGES.header(moved.stamp_ns, MAP_FRAME)

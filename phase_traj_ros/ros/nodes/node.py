@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node, a managed (lifecycle) node."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Any, Final
+from typing import Any, Final, TYPE_CHECKING
 
 from phase_traj_ros.errors import message_of, PhaseTrajError
 from phase_traj_ros.io.messages.mounting import Mounting
@@ -16,6 +18,9 @@ from phase_traj_ros.ros.nodes.work import Work
 from phase_traj_ros.ros.spin import names_explained
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+
+if TYPE_CHECKING:
+    from phase_traj_ros.io.maps.road_file import RoadFile
 
 _AUTOSTART: Final = Spec(
     field='autostart', default=True, read_only=True,
@@ -90,8 +95,8 @@ class PhaseTrajNode(LifecycleNode):
         with names_explained():
             self._make_work(Mounting(self._live.values))
 
-    def _make_work(self, mounting: Mounting) -> Work:
-        self._work = Work(self, mounting, on_other_mount=self._on_other_mount)
+    def _make_work(self, mounting: Mounting, roads: RoadFile | None = None) -> Work:
+        self._work = Work(self, mounting, on_other_mount=self._on_other_mount, roads=roads)
         return self._work
 
     def _on_other_mount(self) -> None:
@@ -106,8 +111,10 @@ class PhaseTrajNode(LifecycleNode):
         mounting = self._work.follow_mount()
         if mounting is not None:
             self.get_logger().info(str(mounting) or 'nothing is taken from /tf_static any more')
+            # A map that was changed or removed since is read when the node is configured.
+            roads = self._work.roads
             self._drop_work()
-            self._make_work(mounting).start()
+            self._make_work(mounting, roads).start()
 
     def _activate(self) -> None:
         assert self._work is not None

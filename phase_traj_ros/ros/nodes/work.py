@@ -44,6 +44,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 if TYPE_CHECKING:
+    from phase_traj_ros.io.maps.road_file import RoadFile
     from phase_traj_ros.ros.location.location import Location
 
 
@@ -57,7 +58,7 @@ class Work:
 
     def __init__(
         self, node: Node, mounting: Mounting, *,
-        on_other_mount: Callable[[], None] = lambda: None,
+        on_other_mount: Callable[[], None] = lambda: None, roads: RoadFile | None = None,
     ) -> None:
         """
         Make publishers and services on ``node``.
@@ -70,6 +71,8 @@ class Work:
             Values of the parameters, and the mount of the camera.
         on_other_mount
             Called when /tf_static has a mount for which the work has to start anew.
+        roads
+            The roads of the map if they have been read before.
 
         Raises
         ------
@@ -109,9 +112,14 @@ class Work:
             if values.map_file:
                 # To load the search takes a tenth of the start of a node.
                 from phase_traj_ros.ros.location import location
-                self._location = location.Location(node, offered, values)
+                self._location = location.Location(node, offered, values, roads)
         # A subscriber receives the empty chain code before the first image.
         self._outputs.publish_state()
+
+    @property
+    def roads(self) -> RoadFile | None:
+        """Return the roads of the map; None without one."""
+        return None if self._location is None else self._location.roads
 
     def start(self) -> None:
         """

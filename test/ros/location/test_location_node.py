@@ -4,6 +4,7 @@
 
 from itertools import pairwise
 import math
+from pathlib import Path
 import sys
 from types import SimpleNamespace
 
@@ -241,6 +242,14 @@ def test_wrong_parameters_are_one_clear_line(node, town, values, error, message)
         Location(node, entities, Parameters(
             **{'map_file': town, 'camera_height': 1.6, **values}))
     assert '\n' not in str(told.value)
+
+
+def test_roads_that_have_been_read_are_not_read_again(node, town, made):
+    location, *_ = made()
+    Path(town).unlink()
+    again = Location(node, Sent(node), Parameters(map_file=town), location.roads)
+    again.close()
+    assert again.roads is location.roads
 
 
 class TransformMessage(SimpleNamespace):
