@@ -45,15 +45,17 @@ _FROM, _POSES, _DRAWS = 5.0, 60, 1000
 _INTRODUCTION = f"""
     This page shows whether the result depends on the frame rate.
 
-    From 5 to 120 Hz, with repeated and lost frames, turns and codes are the same, and nearly all
-    distances and headings are within the limits below. The exceptions are a motorway at 5 Hz,
-    where the road moves too far between two frames, and the night.
+    From 5 to 120 Hz, with repeated and lost frames and with late stamps, turns and codes are the
+    same, and nearly all distances and headings are within the limits below. The exceptions are a
+    motorway at 5 Hz, where the road moves too far between two frames, late stamps at 35 m/s, and
+    the night.
 
     Every drive is rendered once at 120 Hz, with the noise of a sensor (once that of a night with 6
     % of the light), and filmed in several ways: at lower rates, with repeated pictures (a film of
     15, 10 or 24 Hz converted to 30 Hz), with a fifth of the frames lost at random, with stamps
-    that are off by a tenth of the interval. The result should be the same. The calibration of the
-    camera and its height are given.
+    that are off by a tenth of the interval, or that are those of the arrival: a third of the
+    frames at random is up to 0.7 of the interval late. The result should be the same. The
+    calibration of the camera and its height are given.
 
     *Distance* is the error of the total distance, *heading* the largest error of the heading. They
     should be within {100 * _MOST_DISTANCE:.1f} % and within {_MOST_HEADING_DEG}° or

@@ -77,6 +77,17 @@ def jittering(rate_hz: int, share: float) -> Callable[[int], Filmed]:
     return film
 
 
+def delaying(rate_hz: int, share: float) -> Callable[[int], Filmed]:
+    """Return a camera that stamps this share of its frames up to 0.7 of an interval late."""
+    def film(count: int) -> Filmed:
+        whole = steady(rate_hz)(count)
+        rng = np.random.default_rng(5)
+        late = rng.uniform(0.0, 0.7, len(whole.stamps_ns))
+        late *= rng.random(len(late)) < share
+        return Filmed(whole.exposures, whole.stamps_ns + (late * 1e9 / rate_hz).astype(np.int64))
+    return film
+
+
 FILMED: dict[str, Callable[[int], Filmed]] = {
     **{f'{rate} Hz': steady(rate) for rate in (5, 10, 15, 30, 60, 120)},
     '30 Hz, doubled': converted(30, 15),
@@ -84,6 +95,7 @@ FILMED: dict[str, Callable[[int], Filmed]] = {
     '30 Hz, every fifth repeated': converted(30, 24),
     '30 Hz, a fifth lost': losing(30, 0.2),
     '30 Hz, jitter of a tenth': jittering(30, 0.1),
+    '30 Hz, a third stamped late': delaying(30, 1 / 3),
 }
 
 
