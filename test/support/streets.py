@@ -26,21 +26,25 @@ class Town:
         self.streets = [
             tuple(map(int, street)) for street in streets if even or rng.random() > 0.12]
         self.roads = RoadMap.from_ways(self.nodes, self.streets)
+        self.beside = {node: set() for node in range(len(self.nodes))}
+        for a, b in self.streets:
+            self.beside[a].add(b)
+            self.beside[b].add(a)
 
     def walk(self, count, *, seed=0):
         """Return the nodes of a drive of so many streets that never turns back."""
+        return self.nodes[self.walked(count, seed=seed)]
+
+    def walked(self, count, *, seed=0):
+        """Return the numbers of these nodes."""
         rng = np.random.default_rng(seed)
-        beside = {node: set() for node in range(len(self.nodes))}
-        for a, b in self.streets:
-            beside[a].add(b)
-            beside[b].add(a)
         way = [int(rng.integers(len(self.nodes)))]
         while len(way) <= count:
-            ahead = sorted(beside[way[-1]] - set(way[-2:-1]))
+            ahead = sorted(self.beside[way[-1]] - set(way[-2:-1]))
             if not ahead:
-                return self.walk(count, seed=seed + 1000)
+                return self.walked(count, seed=seed + 1000)
             way.append(int(rng.choice(ahead)))
-        return self.nodes[way]
+        return way
 
 
 def drive(corners, *, radius=6.0):

@@ -92,7 +92,7 @@ class MapLocator:
         stride = self._reckoning.add(step)
         if stride is not None:
             if self._claim.leads and stride.in_reverse > stride.distance:
-                self._follow_reversal()
+                self._follow_reversal(stride)
             else:
                 self._follow(stride)
         self._track.add(step.stamp_ns, *self._newest)
@@ -135,15 +135,14 @@ class MapLocator:
             self._seeded_at = self._travelled
             self._claim.drop()
 
-    def _follow_reversal(self) -> None:
+    def _follow_reversal(self, stride: Stride) -> None:
         """
         Update the filter by a stride with more reverse than forward motion.
 
         Its distance does not tell on which road it ends: the vehicle may have backed into another.
         """
-        displacement = complex(-self._reckoning.trail[-2])
-        self._travelled += abs(displacement) * self._scale.middle
-        self._spread(self._settings.reversed_m, 0.0, displacement)
+        self._travelled += abs(stride.displacement) * self._scale.middle
+        self._spread(self._settings.reversed_m, 0.0, stride.displacement)
 
     def _reseed(self) -> None:
         """Seed the whole map from time to time while the vehicle is probably off the roads."""

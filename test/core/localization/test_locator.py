@@ -207,15 +207,12 @@ def test_a_u_turn_on_the_road_is_followed(town):
 @pytest.mark.parametrize('number', [0, 2, 5, 6, 9])
 def test_backing_out_of_a_side_street_keeps_the_place(town, number):
     # 20 m into a street that is not on the way, and back round the corner.
-    way = [tuple(node) for node in town.walk(14, seed=number)]
-    streets = [frozenset(tuple(town.nodes[end]) for end in street) for street in town.streets]
-    at, junction = next(
-        (at, way[at]) for at in range(8, 14)
-        if sum(way[at] in street for street in streets) > 2)
-    side = next(
-        end for street in streets if junction in street for end in street
-        if end not in (*way[at - 1:at + 2],))
-    there, on = drive([*way[:at + 1], side]), drive(way)
+    way = town.walked(14, seed=number)
+    at, side = next(
+        (at, side) for at in range(8, 14)
+        for side in sorted(town.beside[way[at]] - set(way[at - 1:at + 2])))
+    junction = town.nodes[way[at]]
+    there, on = drive(town.nodes[[*way[:at + 1], side]]), drive(town.nodes[way])
     into = int(np.hypot(*(there[:, :2] - junction).T).argmin()) + 20
     back = into - 35
     on = on[int(np.hypot(*(on[:, :2] - there[back, :2]).T).argmin()) + 1:]
@@ -226,6 +223,19 @@ def test_backing_out_of_a_side_street_keeps_the_place(town, number):
     held = claimed(found)[into:]
     assert held.mean() > 0.95
     assert errors(found, poses)[into:][held].max() < 20.0
+
+
+def test_the_noise_of_a_standing_vehicle_is_not_driving_in_reverse(town, poses, found):
+    rng = np.random.default_rng(3)
+    locator, estimates = on_map(town), []
+    for number, step in enumerate(steps_of(poses, seed=1)):
+        estimates.append(locator.update(step))
+        if number % 100 == 99:
+            for moved in np.diff([0.0, *rng.normal(0.0, 0.02, 999), 0.0]):
+                locator.update(replace(step, distance=moved, yaw=0.0))
+    start = located(found)
+    assert claimed(estimates)[start:].all()
+    assert errors(estimates, poses)[start:].max() < 25.0
 
 
 def test_gps_is_the_prior_until_it_is_lost(town, poses, found):

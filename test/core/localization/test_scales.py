@@ -16,7 +16,9 @@ MIDDLE, PRIOR = math.log(RANGE.middle), RANGE.log_deviation ** 2
 
 
 def stride(turned):
-    return Stride(5.0, 0.0, 0.0, 0.0, 0.0, chord=0.0, bend=abs(turned), turned=turned)
+    return Stride(
+        distance=5.0, in_reverse=0.0, displacement=5.0 + 0j, distance_variance=0.0,
+        yaw_variance=0.0, scale_variance=0.0, chord=0.0, bend=abs(turned), turned=turned)
 
 
 def some(count=20):

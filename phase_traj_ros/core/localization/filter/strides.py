@@ -11,7 +11,7 @@ from phase_traj_ros.core.localization.given import OdometryStep
 from phase_traj_ros.core.localization.roads import Complexes, Floats
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Stride:
     """
     A stride of the odometry and the chord that ends with it, in the axes of the odometry.
@@ -19,7 +19,9 @@ class Stride:
     distance
         Distance along the path, in the unit of the odometry: forward minus reverse.
     in_reverse
-        Distance driven in reverse during the stride, 0 or more.
+        How far the vehicle went back from its farthest point during the stride, 0 or more.
+    displacement
+        From the start to the end of the stride.
     distance_variance, yaw_variance
         Variances of the distance and of the change of the heading during the stride.
     scale_variance
@@ -34,6 +36,7 @@ class Stride:
 
     distance: float
     in_reverse: float
+    displacement: complex
     distance_variance: float
     yaw_variance: float
     scale_variance: float
@@ -74,7 +77,7 @@ class DeadReckoning:
 
     def _begin_stride(self) -> None:
         self.since = 0j
-        self._distance = self._in_reverse = self._distance_variance = 0.0
+        self._distance = self._farthest = self._in_reverse = self._distance_variance = 0.0
         self._yaw_variance = self._scale_variance = 0.0
 
     def add(self, step: OdometryStep) -> Stride | None:
@@ -82,7 +85,9 @@ class DeadReckoning:
         self.since += cmath.rect(step.distance, self.heading + step.yaw / 2)
         self.heading += step.yaw
         self._distance += step.distance
-        self._in_reverse += max(-step.distance, 0.0)
+        # The sum of the negative steps would grow with the noise of a standing vehicle.
+        self._farthest = max(self._farthest, self._distance)
+        self._in_reverse = max(self._in_reverse, self._farthest - self._distance)
         self._distance_variance += step.distance_variance
         self._yaw_variance += step.yaw_variance
         self._scale_variance += step.scale_variance
@@ -96,8 +101,10 @@ class DeadReckoning:
         turned = math.remainder(chord - self._chord, math.tau)
         self._chord = chord
         stride = Stride(
-            self._distance, self._in_reverse, self._distance_variance, self._yaw_variance,
-            self._scale_variance, chord, float(bend_of(self.trail)), turned)
+            distance=self._distance, in_reverse=self._in_reverse, displacement=self.since,
+            distance_variance=self._distance_variance, yaw_variance=self._yaw_variance,
+            scale_variance=self._scale_variance, chord=chord, bend=float(bend_of(self.trail)),
+            turned=turned)
         self._begin_stride()
         return stride
 
