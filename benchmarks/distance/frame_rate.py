@@ -53,8 +53,8 @@ _INTRODUCTION = f"""
     Every drive is rendered once at 120 Hz, with the noise of a sensor (once that of a night with 6
     % of the light), and filmed in several ways: at lower rates, with repeated pictures (a film of
     15, 10 or 24 Hz converted to 30 Hz), with a fifth of the frames lost at random, with stamps
-    that are off by a tenth of the interval, or that are those of the arrival: a third of the
-    frames at random is up to 0.7 of the interval late. The result should be the same. The
+    that are off by a tenth of the interval, or with a third of the frames, at random, stamped up
+    to 0.7 of the interval late, as they arrive. The result should be the same. The
     calibration of the camera and its height are given.
 
     *Distance* is the error of the total distance, *heading* the largest error of the heading. They

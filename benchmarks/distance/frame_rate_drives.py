@@ -69,22 +69,25 @@ def losing(rate_hz: int, share: float) -> Callable[[int], Filmed]:
 
 def jittering(rate_hz: int, share: float) -> Callable[[int], Filmed]:
     """Return a camera whose stamps have an error, in shares of the interval (normal)."""
-    def film(count: int) -> Filmed:
-        whole = steady(rate_hz)(count)
-        off = np.random.default_rng(4).normal(0.0, share, len(whole.stamps_ns))
-        stamps = whole.stamps_ns + (np.clip(off, -0.45, 0.45) * 1e9 / rate_hz).astype(np.int64)
-        return Filmed(whole.exposures, stamps)
-    return film
+    def error(count: int) -> np.ndarray:
+        return np.clip(np.random.default_rng(4).normal(0.0, share, count), -0.45, 0.45)
+    return _misstamped(rate_hz, error)
 
 
 def delaying(rate_hz: int, share: float) -> Callable[[int], Filmed]:
     """Return a camera that stamps this share of its frames up to 0.7 of an interval late."""
+    def error(count: int) -> np.ndarray:
+        rng = np.random.default_rng(5)
+        return rng.uniform(0.0, 0.7, count) * (rng.random(count) < share)
+    return _misstamped(rate_hz, error)
+
+
+def _misstamped(rate_hz: int, error: Callable[[int], np.ndarray]) -> Callable[[int], Filmed]:
+    """Return a camera whose stamps have errors, (N,) for N frames, in shares of the interval."""
     def film(count: int) -> Filmed:
         whole = steady(rate_hz)(count)
-        rng = np.random.default_rng(5)
-        late = rng.uniform(0.0, 0.7, len(whole.stamps_ns))
-        late *= rng.random(len(late)) < share
-        return Filmed(whole.exposures, whole.stamps_ns + (late * 1e9 / rate_hz).astype(np.int64))
+        off = error(len(whole.stamps_ns)) * 1e9 / rate_hz
+        return Filmed(whole.exposures, whole.stamps_ns + off.astype(np.int64))
     return film
 
 

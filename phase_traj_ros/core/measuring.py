@@ -65,7 +65,8 @@ class PairTimes:
     interval: float
     """Time since the previous frame, which need not have been compared."""
     deviation: float = 0.0
-    """Standard deviation of both."""
+    """Standard deviation of the interval, and about that of ``waited``: both have the errors of
+    two stamps."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -68,11 +68,16 @@ def test_a_film_is_measured_or_its_road_is_called_unclear(request, road):
             assert near and film.reliability.of_drive.reliable
 
 
-@pytest.mark.parametrize('share', [0.15, 0.5])
-def test_frames_that_arrive_late_change_no_distance(share):
-    frames, stamps, model, steps = street(KITTI_CAMERA, 60)
+def _late_at_random(share):
     rng = np.random.default_rng(0)
-    delay = rng.uniform(0.04, 0.07, len(frames)) * (rng.random(len(frames)) < share)
+    return rng.uniform(0.04, 0.07, 60) * (rng.random(60) < share)
+
+
+@pytest.mark.parametrize('delay', [
+    _late_at_random(0.15), _late_at_random(0.5), np.tile([0.04, 0.0], 30),
+    np.tile([0.07, 0.0], 30), np.array([0.08] + [0.0] * 59)])
+def test_frames_that_arrive_late_change_no_distance(delay):
+    frames, stamps, model, steps = street(KITTI_CAMERA, 60)
     estimator = TrajectoryEstimator(EstimatorSettings(
         lens=Lens(camera=model), code_source=CodeSource.AUTO,
         camera_height=KITTI_CAMERA.above_ground))

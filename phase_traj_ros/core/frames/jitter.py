@@ -8,9 +8,9 @@ between the stamps then scatter around those between the exposures.
 """
 
 from collections import deque
-from statistics import median_low
 
 import numpy as np
+from numpy.typing import NDArray
 from phase_traj_ros.core.frames.tuning import TUNING
 
 
@@ -29,14 +29,35 @@ class StampJitter:
         """
         Return the standard deviation of an interval, in nanoseconds.
 
-        It is that of the intervals up to the median, as a longer one may be that of lost frames,
-        which is as long as it seems. It is at least what this interval differs from a multiple of
-        the median: the exposures are whole periods apart.
+        It is that of the intervals up to the period of the camera, as a longer one may span lost
+        frames. It is at least what this interval differs from a whole number of periods.
         """
-        if not self._intervals_ns:
-            return 0.0
-        usual = median_low(self._intervals_ns)
-        early = np.array([usual - each for each in self._intervals_ns if each <= usual], float)
-        periods = max(round(interval_ns / usual), 1)
-        return max(
-            float(np.sqrt(np.mean(early ** 2))), float(abs(interval_ns - periods * usual)))
+        if len(self._intervals_ns) < TUNING.fewest_intervals:
+            return TUNING.first_deviation * interval_ns
+        intervals = np.array(self._intervals_ns, float)
+        period = _period(intervals)
+        early = period - intervals[intervals <= period]
+        return max(_rms(early), _rms(_beyond(np.array([float(interval_ns)]), period)))
+
+
+def _period(intervals: NDArray[np.float64]) -> float:
+    """Return the probable period of the exposures, from the intervals between stamps, (N,)."""
+    period = _lower_median(intervals)
+    exact = _rms(_beyond(intervals, period)) < TUNING.exact_share * period
+    if exact and np.mean(intervals) < TUNING.max_exact_periods * period:
+        return period
+    # A late stamp makes one interval too long by what the next one is too short.
+    return _lower_median((intervals[1:] + intervals[:-1]) / 2.0)
+
+
+def _beyond(intervals: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+    """Return by how much intervals exceed the nearest multiple of the period, (N,)."""
+    return intervals - np.maximum(np.round(intervals / period), 1.0) * period
+
+
+def _lower_median(values: NDArray[np.float64]) -> float:
+    return float(np.sort(values)[(len(values) - 1) // 2])
+
+
+def _rms(values: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(values ** 2)))

@@ -61,8 +61,8 @@ class PyavSource(VideoFile):
     The frames of a video, read by PyAV.
 
     The stamps are the presentation times relative to the first frame, or those of a constant rate
-    if fps is given. Frames before the start of the selection are not decoded: their number is that
-    of their packets, some of which a decoder drops in a damaged file.
+    if fps is given. Frames before the start of the selection are not decoded. As many are counted
+    as there are packets, some of which a decoder drops in a damaged file.
     """
 
     _first_ns = 0

@@ -47,7 +47,7 @@ _LONGEST: Final = 100.0
 _MOST: Final = 200_000
 # Noise of positions hides the direction of the motion between closer poses. Metres.
 _CLEARLY_APART: Final = 3.0
-# A vehicle moves aside where it moves by more than this angle from where it faces or backs, in
+# A vehicle moves aside where its motion is more than this angle off its axis, in
 # radians. It rarely does: on at most this part of its way.
 _ASIDE: Final = math.radians(45.0)
 _RARELY: Final = 0.25

@@ -15,8 +15,9 @@ def _deviations(stamps_ns) -> list[float]:
     return found
 
 
-def test_without_intervals_nothing_is_off():
-    assert StampJitter().deviation_ns(_INTERVAL_NS) == 0.0
+def test_the_first_frames_may_be_late():
+    found = _deviations(_INTERVAL_NS * np.arange(5))
+    assert found == [0.5 * _INTERVAL_NS, 0.5 * _INTERVAL_NS, 0.0, 0.0]
 
 
 @pytest.mark.parametrize('share', [0.02, 0.1, 0.25])
@@ -26,10 +27,20 @@ def test_intervals_are_off_by_the_errors_of_two_stamps(share):
     assert np.median(found[20:]) == pytest.approx(np.sqrt(2.0) * share * _INTERVAL_NS, rel=0.15)
 
 
+@pytest.mark.parametrize('late', [0.1, 0.2, 0.4, 0.6, 0.8, 0.9])
+def test_every_other_stamp_may_be_late(late):
+    stamps_ns = _INTERVAL_NS * (np.arange(40) + np.tile([late, 0.0], 20))
+    assert _deviations(stamps_ns)[5:] == pytest.approx([late * _INTERVAL_NS] * 34, rel=0.01)
+
+
 @pytest.mark.parametrize('kept', [0.8, 0.9])
 def test_a_lost_frame_is_no_error_of_its_stamp(kept):
     stamps_ns = _INTERVAL_NS * np.flatnonzero(np.random.default_rng(2).random(400) < kept)
     assert max(_deviations(stamps_ns)[5:]) == 0.0
+
+
+def test_every_third_frame_may_be_lost():
+    assert max(_deviations(_INTERVAL_NS * np.flatnonzero(np.arange(60) % 3))[5:]) == 0.0
 
 
 def test_after_another_rate_the_old_one_is_forgotten():
