@@ -15,7 +15,7 @@ from functools import partial
 from importlib.util import find_spec
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.path.speed import is_speed
@@ -37,9 +37,6 @@ from phase_traj_ros.io.sources import rosbag2_reader
 from phase_traj_ros.io.sources.base import Candidate, FrameSource, Speed
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 from phase_traj_ros.topics import camera_info_topic
-
-if TYPE_CHECKING:
-    from rosbags.interfaces import Connection
 
 IMAGE_TYPES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
@@ -244,7 +241,7 @@ def _access(
             ', or source a ROS that has rosbag2_py (bags of ROS 2 only)')) from error
 
 
-def _topics_of(connections: 'Iterable[Connection]') -> list[_Topic]:
+def _topics_of(connections: Iterable[rosbag2_reader.Connection]) -> list[_Topic]:
     """Merge the connections by topic (a topic has one per publisher, maybe of several types)."""
     counts: Counter[tuple[str, str]] = Counter()
     for connection in connections:
