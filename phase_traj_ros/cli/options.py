@@ -52,8 +52,7 @@ class Command:
     def add_to(self, commands: Any) -> ArgumentParser:
         """Add the parser of this command to the subparsers; return it."""
         parser: ArgumentParser = commands.add_parser(
-            self.name, help=self.summary,
-            description=self.summary[0].upper() + self.summary[1:] + '.',
+            self.name, description=self.summary[0].upper() + self.summary[1:] + '.',
             epilog=f'example:\n  {self.example}\n{self.epilog.rstrip()}',
             formatter_class=RawDescriptionHelpFormatter)
         return parser

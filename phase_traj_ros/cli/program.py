@@ -3,7 +3,6 @@
 """The parser of the program, with its commands grouped by task."""
 
 from argparse import Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter
-from collections.abc import Generator
 from types import ModuleType
 from typing import NoReturn
 
@@ -41,13 +40,6 @@ class _Parser(ArgumentParser):
         self.exit(EXIT_BAD_INPUT, f'{self.prog}: error: {message}: see {self.prog} --help\n')
 
 
-class _Overview(RawDescriptionHelpFormatter):
-    """Omits the list of commands, which the epilog contains, grouped by task."""
-
-    def _iter_indented_subactions(self, action: Action) -> Generator[Action, None, None]:
-        yield from ()
-
-
 class _Version(Action):
     """Prints the version and the library of the transforms."""
 
@@ -67,7 +59,7 @@ def program_parser() -> ArgumentParser:
     """Return the parser of the whole command line."""
     parser = _Parser(
         prog='phase_traj', description='Chain codes of a trajectory from a forward camera.',
-        epilog=_overview(), formatter_class=_Overview)
+        epilog=_overview(), formatter_class=RawDescriptionHelpFormatter)
     parser.add_argument(
         '--version', action=_Version, nargs=0,
         help='show the version and the library of the transforms, and exit')
