@@ -106,8 +106,7 @@ def check_writable(parent: Path) -> None:
     """
     with writing_to(parent):
         parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=parent):
-            pass
+        tempfile.TemporaryFile(dir=parent).close()
 
 
 def new_folder(parent: Path, node: str) -> Path:

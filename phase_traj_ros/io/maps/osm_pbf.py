@@ -49,8 +49,7 @@ def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
             found.append(OsmWay(nodes, degrees, one_way(tags)))
 
     try:
-        with path.open('rb'):
-            pass  # osmium reports a missing file as it does a damaged one
+        path.open('rb').close()  # osmium reports a missing file as it does a damaged one
         reader = osmium.io.Reader(str(path), osmium.osm.osm_entity_bits.NOTHING)
         box = reader.header().box()
         reader.close()

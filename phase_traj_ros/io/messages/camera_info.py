@@ -104,9 +104,7 @@ def camera_info_fields(
 
 def _numbers(message: Any, name: str) -> tuple[float, ...]:
     """Return the numbers of a field, whose name is upper case in ROS 1."""
-    found = getattr(message, name, None)
-    if found is None:
-        found = getattr(message, name.upper())
+    found = getattr(message, name if hasattr(message, name) else name.upper())
     return tuple(float(value) for value in found)
 
 

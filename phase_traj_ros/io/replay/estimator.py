@@ -27,9 +27,8 @@ def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> Traject
     if keep_all:
         settings = replace(settings, max_runs=None, max_speeds=None)
     try:
-        mask = None
-        if parameters.mask_file:
-            mask = read_picture(user_path(parameters.mask_file))
+        file = parameters.mask_file
+        mask = read_picture(user_path(file)) if file else None
         return TrajectoryEstimator(settings, mask=mask)
     except (SourceError, ValueError) as error:
         # The parameters have checked the settings.
