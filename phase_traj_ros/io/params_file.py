@@ -18,8 +18,7 @@ _MISSPELT = ('ros_parameters', 'ros__parameter', 'ros_parameter')
 # PyYAML raises a plain ValueError for e.g. a 13th month or a number with thousands of digits.
 _NO_YAML = (yaml.YAMLError, ValueError, RecursionError)
 # Parameters of the node itself, which a replay ignores.
-_OF_EVERY_NODE = (
-    'use_sim_time', 'qos_overrides', 'start_type_description_service', 'autostart')
+_OF_EVERY_NODE = ('use_sim_time', 'qos_overrides', 'start_type_description_service', 'autostart')
 
 
 def config_folder() -> Path:
@@ -191,8 +190,7 @@ def _sections(path: Path) -> list[tuple[str, Mapping[object, object]]]:
         with path.open('rb') as file:
             content = yaml.load(file, Loader=_Loader)
     except OSError as error:
-        raise ParameterError(
-            f'cannot read the parameter file {path}: {error.strerror}') from None
+        raise ParameterError(f'cannot read the parameter file {path}: {error.strerror}') from None
     except _NO_YAML as error:
         reason = ' '.join(str(error).split()).replace(f'"{path}", ', '')
         raise ParameterError(f'{path} is not YAML: {reason}') from None
@@ -204,8 +202,7 @@ def _find_sections(
 ) -> Iterator[tuple[str, Mapping[object, object]]]:
     # Namespaces may be written as one key (/ns/node) or as nested ones (/ns: node:).
     if not isinstance(content, dict):
-        raise ParameterError(
-            f"{path} is not a ROS parameter file: write '/**:' over '{_VALUES}:'")
+        raise ParameterError(f"{path} is not a ROS parameter file: write '/**:' over '{_VALUES}:'")
     for key, value in content.items():
         if key in _MISSPELT:
             raise ParameterError(

@@ -134,8 +134,7 @@ class Diagnostics:
         })
 
     def _warn_of_losses(self, lost: int) -> None:
-        what = advice(
-            self._health.image_bytes, get_rmw_implementation_identifier(), os.environ)
+        what = advice(self._health.image_bytes, get_rmw_implementation_identifier(), os.environ)
         self._node.get_logger().warning(
             f'{lost} images on {self._input.topic} were lost within the last second: {what}',
             throttle_duration_sec=_THROTTLE_S)

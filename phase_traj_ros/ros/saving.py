@@ -81,9 +81,7 @@ class Saving:
         else:
             log.error(f'the drive is not saved: {message}')
 
-    async def _on_save(
-        self, _: Trigger.Request, response: Trigger.Response,
-    ) -> Trigger.Response:
+    async def _on_save(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._parent is None:
             response.message = 'the parameter output_dir is not set: start the node with one'
             return response

@@ -46,8 +46,7 @@ def ros_context(arguments: Sequence[str]) -> Iterator[None]:
 
     """
     try:
-        rclpy.init(
-            args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
         yield
     except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
         if rclpy.ok():

@@ -54,8 +54,7 @@ def run(options: Namespace) -> None:
             f'the frames differ in size or type: {options.first} is {_size(first)},'
             f' {options.second} is {_size(second)}')
     with output_file(output, inputs=(options.first, options.second)) as path:
-        write_correlation_picture(
-            first, second, correlator.correlation_map(), shift, path)
+        write_correlation_picture(first, second, correlator.correlation_map(), shift, path)
     print(f'dx {shift.dx:+.3f} px, dy {shift.dy:+.3f} px, response {shift.response:.4f}')
     print(f'written to {output}')
 

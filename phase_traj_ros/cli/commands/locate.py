@@ -196,8 +196,7 @@ def _near(text: str) -> Near:
             f'{text!r} is not a place: give LAT,LON,RADIUS, such as 49.01,8.40,2km') from None
     radius *= 1000.0 if kilometres else 1.0
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
-        raise ArgumentTypeError(
-            f'{text!r} is not on the earth: give degrees, the latitude first')
+        raise ArgumentTypeError(f'{text!r} is not on the earth: give degrees, the latitude first')
     if not 0.0 < radius < 1e7:
         raise ArgumentTypeError(f'the radius in {text!r} is not positive: give metres, or 2km')
     return Near(latitude, longitude, radius)

@@ -51,8 +51,7 @@ def add_options(parser: ArgumentParser) -> None:
     parser.add_argument(
         '--report', action='store_true',
         help='also write report.html to DIR: one self-contained file')
-    parser.add_argument(
-        '--svg', action='store_true', help='also write the picture as SVG')
+    parser.add_argument('--svg', action='store_true', help='also write the picture as SVG')
     parser.add_argument(
         '--bag-out', metavar='FILE.mcap', type=Path,
         help='write all topics of the node to this bag, with the stamps of the images (for'

@@ -17,12 +17,7 @@ from phase_traj_ros.tasks.batch.engine import Batch
 from phase_traj_ros.tasks.batch.executors import dask_executor, IsolatedProcesses
 from phase_traj_ros.tasks.batch.outcome import Outcome, Status
 from phase_traj_ros.tasks.batch.request import batch_of, ReplayRequest
-from phase_traj_ros.tasks.batch.summary import (
-    CSV_NAME,
-    HTML_NAME,
-    SUMMARY_NAMES,
-    write_summary,
-)
+from phase_traj_ros.tasks.batch.summary import CSV_NAME, HTML_NAME, SUMMARY_NAMES, write_summary
 
 EXIT_SOME_FAILED = 1
 
@@ -59,8 +54,7 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
         root, sources = root.absolute(), [source.absolute() for source in sources]
         request = replace(request, output=root)
     requests = batch_of(request, sources, taken=(*SUMMARY_NAMES, MANIFEST))
-    check_directory(
-        root, names=SUMMARY_NAMES, inputs=requests[0].inputs, force=request.force)
+    check_directory(root, names=SUMMARY_NAMES, inputs=requests[0].inputs, force=request.force)
     batch = Batch(requests)
     with (_executor(options, len(requests)) as executor,
           progress(total=len(requests), title='sources', layout=BY_SOURCE) as bar):

@@ -95,8 +95,7 @@ def bearing_deg(heading: float) -> float:
 def _normal(latitude: ArrayLike, longitude: ArrayLike) -> NDArray[np.float64]:
     """Return the unit normals of the ellipsoid at points in degrees, (N, 3)."""
     lat, lon = np.radians(latitude), np.radians(longitude)
-    return np.stack(
-        [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)
+    return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)
 
 
 def _earth(latitude: ArrayLike, longitude: ArrayLike) -> NDArray[np.float64]:

@@ -26,8 +26,7 @@ CAR_CLASSES: Final = (
     'living_street', 'service', 'road')
 """Values of the key highway of roads for cars."""
 
-PATH_CLASSES: Final = (
-    'pedestrian', 'track', 'footway', 'bridleway', 'cycleway', 'path', 'busway')
+PATH_CLASSES: Final = ('pedestrian', 'track', 'footway', 'bridleway', 'cycleway', 'path', 'busway')
 """Further values of the key highway with ``Roads.ALL``."""
 
 OFF_ROAD: Final = ('parking_aisle', 'driveway', 'drive-through', 'emergency_access')

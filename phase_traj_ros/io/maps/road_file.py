@@ -111,8 +111,7 @@ def read_roads(
         missing, hint = (
             ('roads that a car may drive', ', or take paths as well (--roads all, map_roads: all)')
             if roads is Roads.CAR else ('roads or paths', ''))
-        raise MapError(
-            f'{path} has no {missing}: give an extract with the key highway{hint}')
+        raise MapError(f'{path} has no {missing}: give an extract with the key highway{hint}')
     # Each node is projected once, so roads that share it meet exactly.
     _, first, of_point = np.unique(
         np.concatenate([part.nodes for part in parts]), return_index=True, return_inverse=True)

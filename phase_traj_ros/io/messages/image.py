@@ -50,8 +50,7 @@ _LAYOUTS = {
     '8UC3': _Layout(3, 'u1', cv2.COLOR_BGR2GRAY),
     '8UC4': _Layout(4, 'u1', cv2.COLOR_BGRA2GRAY),
     '16UC3': _Layout(3, 'u2', cv2.COLOR_BGR2GRAY),
-    **{f'bayer_{name}{bits}': _Layout(
-        1, f'u{bits // 8}', getattr(cv2, f'COLOR_Bayer{code}2GRAY'))
+    **{f'bayer_{name}{bits}': _Layout(1, f'u{bits // 8}', getattr(cv2, f'COLOR_Bayer{code}2GRAY'))
        for bits in (8, 16) for name, code in _MOSAICS.items()},
     'yuv422': _UYVY,
     'uyvy': _UYVY,

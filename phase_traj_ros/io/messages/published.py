@@ -62,8 +62,7 @@ class Messages:
 
     def header(self, stamp_ns: int, frame_id: str) -> Any:
         """Return a std_msgs/Header."""
-        return self._make(
-            'std_msgs/msg/Header', stamp=self.time(stamp_ns), frame_id=frame_id)
+        return self._make('std_msgs/msg/Header', stamp=self.time(stamp_ns), frame_id=frame_id)
 
     def of_pair(
         self, update: Update, parameters: Parameters, *, camera_frame: str,
@@ -136,9 +135,7 @@ class Messages:
         return self.diagnostics(
             {'pair': report}, node=NODE_NAME, hardware_id='', stamp=self.time(update.stamp_ns))
 
-    def of_all(
-        self, topic: Topic, estimator: TrajectoryEstimator, parameters: Parameters,
-    ) -> Any:
+    def of_all(self, topic: Topic, estimator: TrajectoryEstimator, parameters: Parameters) -> Any:
         """Return the message of a topic of ``whole_topics``, which covers all pairs so far."""
         if topic == CHAIN_CODE:
             return self._make('std_msgs/msg/String', data=str(describe(

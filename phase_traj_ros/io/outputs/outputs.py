@@ -60,9 +60,7 @@ class Outputs:
             if kind is None:
                 commit([move for each in self._staged for move in self._moves(each)])
 
-    def directory(
-        self, target: Path, *, names: Collection[str] = (), adds: bool = False,
-    ) -> Path:
+    def directory(self, target: Path, *, names: Collection[str] = (), adds: bool = False) -> Path:
         """
         Return a folder in which the files of the output folder ``target`` are to be made.
 

@@ -186,8 +186,7 @@ def _types() -> Any:
         from rosbags.rosbag2 import CompressionMode, StoragePlugin  # noqa: F401
         from rosbags.typesys import get_typestore, Stores
     except ImportError as error:
-        raise rosbags_missing(
-            'writing bags', error, instead=', or write no bag') from None
+        raise rosbags_missing('writing bags', error, instead=', or write no bag') from None
     return get_typestore(Stores.ROS2_JAZZY)
 
 

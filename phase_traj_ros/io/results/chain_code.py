@@ -81,8 +81,7 @@ def _heading_content(result: Replay) -> dict[str, Any]:
         'focal_px': result.camera and result.camera.focal_px,
         'camera': result.camera,
         'speed': result.parameters.speed,
-        'heading_deg': [
-            0.0, *(round(each, 4) for each in np.degrees(headings[:, 0]).tolist())],
+        'heading_deg': [0.0, *(round(each, 4) for each in np.degrees(headings[:, 0]).tolist())],
         'bridged_share': float(headings[:, 1].mean()),
         'turns': _turn_list(result.turns),
         'field_of_view': result.field_of_view,

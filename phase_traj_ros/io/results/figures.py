@@ -16,13 +16,7 @@ from phase_traj_ros.core import Axes, Movement, normalised, Shift, to_axes
 from phase_traj_ros.core.codes.codes import Code
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.images.decoding import GreyImage
-from phase_traj_ros.io.replay.overview import (
-    extremes,
-    outline,
-    Overview,
-    overview,
-    TurnMark,
-)
+from phase_traj_ros.io.replay.overview import extremes, outline, Overview, overview, TurnMark
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.palette import LIGHT
 
@@ -197,9 +191,7 @@ def _draw_shift(plot: Plot, shown: Overview, threshold: float | None) -> None:
     _title(plot, title)
 
 
-def _draw_curve(
-    plot: Plot, seconds: NDArray[np.float64], values: NDArray[np.float64],
-) -> None:
+def _draw_curve(plot: Plot, seconds: NDArray[np.float64], values: NDArray[np.float64]) -> None:
     seen = extremes(values, _COLUMNS)
     plot.plot(seconds[seen], values[seen], color=LIGHT.line, linewidth=1)
     # An exponent would overlap the title.
@@ -217,8 +209,7 @@ def _draw_codes(
     columns = np.arange(len(values)) * _COLUMNS // max(len(values), _COLUMNS)
     seen = np.sort(np.unique(len(names) * columns + values, return_index=True)[1])
     seconds, values = seconds[seen], values[seen]
-    plot.step(
-        seconds, values, where='post', color=LIGHT.muted, linewidth=0.8, rasterized=many)
+    plot.step(seconds, values, where='post', color=LIGHT.muted, linewidth=0.8, rasterized=many)
     # An SVG has one element per dot.
     plot.scatter(seconds, values, s=7, color=LIGHT.line, zorder=3, rasterized=many)
     plot.set_yticks(range(len(names)), names)

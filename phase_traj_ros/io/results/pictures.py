@@ -42,9 +42,7 @@ class Thumbnails(Watcher):
     The number of thumbnails and their total size are bounded.
     """
 
-    def __init__(
-        self, *, width: int = 448, limit: int = 400, max_bytes: int = 5_500_000,
-    ) -> None:
+    def __init__(self, *, width: int = 448, limit: int = 400, max_bytes: int = 5_500_000) -> None:
         """Keep up to ``limit`` images of ``width`` pixels at most, ``max_bytes`` in total."""
         self._width = width
         self._max_bytes = max_bytes
@@ -186,8 +184,7 @@ def _draw_map(picture: Picture, estimator: TrajectoryEstimator) -> None:
         cv2.resize(correlation, size, interpolation=cv2.INTER_NEAREST), 0.0))
     shades = (small * (255 / max(float(small.max()), 1e-6))).astype(np.uint8)
     picture[-size[1]:, -size[0]:] = cv2.applyColorMap(shades, cv2.COLORMAP_INFERNO)
-    cv2.rectangle(
-        picture, (width - size[0], height - size[1]), (width - 1, height - 1), _BAND, 1)
+    cv2.rectangle(picture, (width - size[0], height - size[1]), (width - 1, height - 1), _BAND, 1)
 
 
 def _draw_text(picture: Picture, update: Update, unit: LengthUnit) -> None:

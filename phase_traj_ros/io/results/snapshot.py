@@ -30,9 +30,7 @@ class Snapshot:
     """Whether the camera is mounted upside down."""
 
     @classmethod
-    def of(
-        cls, estimator: TrajectoryEstimator, mounting: Mounting, *, source: str,
-    ) -> 'Snapshot':
+    def of(cls, estimator: TrajectoryEstimator, mounting: Mounting, *, source: str) -> 'Snapshot':
         """Take a snapshot of ``estimator``, whose camera is mounted so."""
         path, heading = estimator.path, estimator.heading
         return cls(

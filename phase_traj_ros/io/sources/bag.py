@@ -219,9 +219,7 @@ class BagSource(FrameSource):
         return f'if the recording was cut off, `{repair}` may repair it'
 
 
-def _access(
-    path: Path, ros: int,
-) -> tuple[Callable[[Path], Any], Callable[[bytes, str], Any]]:
+def _access(path: Path, ros: int) -> tuple[Callable[[Path], Any], Callable[[bytes, str], Any]]:
     """Return what opens a bag of ROS 1 or 2, and what deserialises, given bytes and type name."""
     try:
         from rosbags.typesys import get_types_from_msg, get_typestore, Stores

@@ -116,8 +116,7 @@ class VideoFile(FrameSource):
         shown = round(width * self._pixel_aspect)
         if shown == width:
             return image
-        return cast('GreyImage', cv2.resize(
-            image, (shown, height), interpolation=cv2.INTER_AREA))
+        return cast('GreyImage', cv2.resize(image, (shown, height), interpolation=cv2.INTER_AREA))
 
     def _not_opened(self, reason: str) -> SourceError:
         if self._start[4:8] in _MP4_BOXES:
@@ -130,8 +129,7 @@ class VideoFile(FrameSource):
             ' of images')
 
     def _undecodable(self, number: int, reason: str = '') -> SourceError:
-        return SourceError(
-            f'{self._path}: frame {number} of the video cannot be decoded{reason}')
+        return SourceError(f'{self._path}: frame {number} of the video cannot be decoded{reason}')
 
 
 class VideoSource(VideoFile):

@@ -22,9 +22,7 @@ class MountInput:
     transform to receive.
     """
 
-    def __init__(
-        self, entities: Entities, base_frame: str, on_mount: Callable[[], bool],
-    ) -> None:
+    def __init__(self, entities: Entities, base_frame: str, on_mount: Callable[[], bool]) -> None:
         """
         Subscribe; call ``on_mount`` after each look at a known mount.
 

@@ -147,8 +147,7 @@ class Location:
         if worker.failure is not None:
             return Report(Level.ERROR, f'the locator has failed: {worker.failure}', values)
         if self._transform is not None and self._transform.other:
-            return Report(
-                Level.ERROR, 'another node publishes the parent of the odometry', values)
+            return Report(Level.ERROR, 'another node publishes the parent of the odometry', values)
         if not estimate.claimed:
             return Report(Level.OK, 'the place is not known', values)
         latitude, longitude = self.roads.projection.to_degrees(estimate.x, estimate.y)
@@ -177,8 +176,7 @@ class Location:
             known = self._estimate.claimed
             self._estimate, self._estimate_ns = estimate, moved.stamp_ns
             if estimate.claimed != known:
-                self._node.get_logger().info(
-                    f'the place is {"no longer " if known else ""}known')
+                self._node.get_logger().info(f'the place is {"no longer " if known else ""}known')
             self._publish(moved, estimate)
 
     def _publish(self, moved: Moved, estimate: LocationEstimate) -> None:

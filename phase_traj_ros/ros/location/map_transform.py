@@ -69,5 +69,4 @@ class MapTransform:
 
 
 def _key(header: Any, position: Any) -> tuple[Any, ...]:
-    return (
-        header.frame_id, header.stamp.sec, header.stamp.nanosec, position.x, position.y)
+    return (header.frame_id, header.stamp.sec, header.stamp.nanosec, position.x, position.y)

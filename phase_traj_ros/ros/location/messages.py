@@ -91,9 +91,7 @@ def odometry_message(
     return message
 
 
-def map_to_odom(
-    estimate: LocationEstimate, odometry: Odometry,
-) -> tuple[float, float, float]:
+def map_to_odom(estimate: LocationEstimate, odometry: Odometry) -> tuple[float, float, float]:
     """Return the pose of the frame of the odometry in that of the map: x, y and yaw."""
     pose = odometry.pose
     turn = math.remainder(estimate.heading - pose.yaw, math.tau)

@@ -7,12 +7,7 @@ from typing import Any
 
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import Parameters, specs, unknown_parameter
-from phase_traj_ros.ros.startup.overrides import (
-    check_override,
-    explained,
-    initial_values,
-    PREFIX,
-)
+from phase_traj_ros.ros.startup.overrides import check_override, explained, initial_values, PREFIX
 from phase_traj_ros.ros.startup.param_files import param_files_for
 from rcl_interfaces.msg import (
     FloatingPointRange,

@@ -139,8 +139,7 @@ class Work:
                     node, listening, rectified=values.rectified, on_camera=self._on_camera)
             if values.use_speed_topic:
                 self._speed = SpeedInput(node, listening, self._estimator.add_speed)
-            self._mount_input = MountInput(
-                listening, values.child_frame_id, self._on_mount)
+            self._mount_input = MountInput(listening, values.child_frame_id, self._on_mount)
             images = ImageInput(
                 node, listening, values, self._health, on_frame=self._on_frame,
                 on_undecodable=self._stream.skip)

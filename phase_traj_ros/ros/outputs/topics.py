@@ -82,8 +82,7 @@ class Outputs:
     def _publish_due(self) -> None:
         # A steady clock: a paused simulated time must not delay the last path.
         for topic in self._schedule.take(time.monotonic_ns()):
-            self._of_all[topic].publish(
-                MESSAGES.of_all(topic, self._estimator, self.parameters))
+            self._of_all[topic].publish(MESSAGES.of_all(topic, self._estimator, self.parameters))
         # Each time the timer fires, rclpy checks all entities of the node, which takes time.
         if self._schedule.pending:
             self._timer.reset()

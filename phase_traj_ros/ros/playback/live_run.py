@@ -27,9 +27,7 @@ _STOP_S = 10.0
 _PR_SET_PDEATHSIG = 1
 
 
-def run_live(
-    recording: Path, *, frames: int, values: Parameters, rate: float = 10.0,
-) -> str:
+def run_live(recording: Path, *, frames: int, values: Parameters, rate: float = 10.0) -> str:
     """
     Play ``recording`` to a node, both in separate processes; return its last ``~/chain_code``.
 
@@ -80,8 +78,7 @@ def run_live(
             while not (texts and texts[-1].startswith(f'frames {frames};')):
                 rclpy.spin_once(listener, timeout_sec=0.1)
                 if node_process.poll() is not None:
-                    raise SourceError(
-                        f'the node has exited with status {node_process.returncode}')
+                    raise SourceError(f'the node has exited with status {node_process.returncode}')
                 if len(texts) > seen:
                     seen, deadline = len(texts), time.monotonic() + _SILENCE_S
                 if time.monotonic() > deadline:

@@ -29,8 +29,7 @@ def wait_until_known(node: Node, topic: str, stop: Event) -> None:
 
     Another thread has to spin the node.
     """
-    subscribers = {
-        full_name(each) for each in node.get_subscriptions_info_by_topic(topic)}
+    subscribers = {full_name(each) for each in node.get_subscriptions_info_by_topic(topic)}
     settled = time.monotonic() + _SETTLE_S
     # A list: all subscribers are called, even if one does not respond.
     answers = [_answers(node, name, stop, settled) for name in subscribers]

@@ -28,25 +28,19 @@ _TRUTH = {'true': True, '1': True, 'false': False, '0': False}
 
 ARGUMENTS: Final = {
     'image': ('image', 'Image topic of the forward camera.'),
-    'camera_info': (
-        '', 'Topic of its calibration. Empty: the one next to the image topic.'),
-    'image_transport': (
-        'raw', 'raw, or compressed for the images on IMAGE/compressed.'),
-    'speed': (
-        '', "Topic of the vehicle's speed, or a constant speed in m/s. Empty: none."),
+    'camera_info': ('', 'Topic of its calibration. Empty: the one next to the image topic.'),
+    'image_transport': ('raw', 'raw, or compressed for the images on IMAGE/compressed.'),
+    'speed': ('', "Topic of the vehicle's speed, or a constant speed in m/s. Empty: none."),
     'params_file': (
         '', 'ROS parameter file of the node, or the name of one in config/. Empty: none.'),
     'output_dir': ('', 'Folder in which drives are saved. Empty: no files are written.'),
-    'map_file': (
-        '', 'Road map on which the vehicle is located. Empty: it is not located.'),
+    'map_file': ('', 'Road map on which the vehicle is located. Empty: it is not located.'),
     'namespace': ('', 'Namespace of the node.'),
     'name': (NODE_NAME, 'Name of the node.'),
     'lifecycle': ('false', 'Start unconfigured, for a manager: true or false.'),
-    'autostart': (
-        'false', 'With lifecycle, configure and activate at the start: true or false.'),
+    'autostart': ('false', 'With lifecycle, configure and activate at the start: true or false.'),
     'use_sim_time': ('false', 'Use the time of /clock: true or false.'),
-    'reliable': (
-        'false', 'Subscribe to the images as reliable with keep_all: true or false.'),
+    'reliable': ('false', 'Subscribe to the images as reliable with keep_all: true or false.'),
     'respawn': ('false', 'Restart the node when it exits: true or false.'),
     'log_level': ('info', f'One of {", ".join(LOG_LEVELS)}.'),
     'rviz': ('false', 'Show images, path, pose and odometry in RViz: true or false.'),
@@ -114,8 +108,7 @@ def node_start(
     for topic in remapped.values():
         _full_topic(topic, name, namespace)
     if flags['reliable']:
-        topic = _full_topic(
-            {'image': 'image', **remappings, **remapped}['image'], name, namespace)
+        topic = _full_topic({'image': 'image', **remappings, **remapped}['image'], name, namespace)
         compressed = values.get('image_transport') == 'compressed'
         prefix = f'{PREFIX}{topic}{"/compressed" if compressed else ""}.subscription'
         own |= {f'{prefix}.reliability': 'reliable', f'{prefix}.history': 'keep_all'}
@@ -161,9 +154,7 @@ def _own(given: Mapping[str, str], flags: Mapping[str, bool]) -> dict[str, objec
     return own
 
 
-def _of_parent(
-    params: Sequence['tuple[str, object] | Path'], full_name: str,
-) -> dict[str, object]:
+def _of_parent(params: Sequence['tuple[str, object] | Path'], full_name: str) -> dict[str, object]:
     """Return the parameters that a parent launch file has set for the node."""
     known: dict[str, object] = {}
     for each in params:

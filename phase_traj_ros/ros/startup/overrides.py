@@ -61,8 +61,7 @@ def check_override(name: str, value: object) -> None:
     topic, _, rest = name.removeprefix(PREFIX).partition('.')
     entity, _, policy = rest.partition('.')
     # An entity may have an id at the end, after an underscore.
-    if not topic.startswith('/') or entity.split('_')[0] not in (
-            'publisher', 'subscription'):
+    if not topic.startswith('/') or entity.split('_')[0] not in ('publisher', 'subscription'):
         raise ParameterError(
             f"parameter {name!r}: give '{PREFIX}/TOPIC.subscription.POLICY' or"
             f" '{PREFIX}/TOPIC.publisher.POLICY', with the full name of the topic")

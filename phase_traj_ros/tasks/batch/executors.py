@@ -37,9 +37,7 @@ class IsolatedProcesses(ThreadPoolExecutor):
         super().__init__(workers, initializer=_block_signals)
         self._own: dict[int, ProcessPoolExecutor] = {}
 
-    def submit(
-        self, fn: Callable[_P, _T], /, *args: _P.args, **kwargs: _P.kwargs,
-    ) -> Future[_T]:
+    def submit(self, fn: Callable[_P, _T], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_T]:
         """Run a call in one of the processes; return its future."""
         return super().submit(self._isolated, fn, *args, **kwargs)
 

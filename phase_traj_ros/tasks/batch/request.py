@@ -72,8 +72,7 @@ class ReplayRequest:
         if self.bag_debug_images and self.bag_out is None:
             raise ParameterError('bag_debug_images needs a bag to write them to: give bag_out')
         if self.bag_out is not None and self.bag_out.suffix != SUFFIX:
-            raise ParameterError(
-                f'bag_out is {self.bag_out}: its name has to end in {SUFFIX}')
+            raise ParameterError(f'bag_out is {self.bag_out}: its name has to end in {SUFFIX}')
 
     @property
     def title(self) -> str:
@@ -95,8 +94,7 @@ class ReplayRequest:
 
     def opened(self) -> FrameSource:
         """Open the source; see ``open_source``."""
-        return open_source(
-            self.source, topic=self.topic, selection=self.selection, fps=self.fps)
+        return open_source(self.source, topic=self.topic, selection=self.selection, fps=self.fps)
 
 
 def batch_of(

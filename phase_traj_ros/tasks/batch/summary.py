@@ -33,9 +33,7 @@ _FORMULA = ('=', '+', '-', '@', '\t', '\r')
 _SIDE = 40
 
 
-def write_summary(
-    outcomes: Sequence[Outcome], directory: Path, *, force: bool = False,
-) -> None:
+def write_summary(outcomes: Sequence[Outcome], directory: Path, *, force: bool = False) -> None:
     """
     Write summary.csv and summary.html, one row per source, both or none.
 

@@ -180,5 +180,4 @@ def _direction_score(drive: ReplayedDrive, true: MatchedTruth) -> DirectionScore
 
 
 def _changes(movement: Iterable[Movement]) -> tuple[int, ...]:
-    return tuple(
-        int(code) for code in movement if code in (Movement.LEFT, Movement.RIGHT))
+    return tuple(int(code) for code in movement if code in (Movement.LEFT, Movement.RIGHT))

@@ -232,9 +232,7 @@ def _on_the_ground(
         positions=np.stack([moved @ ahead, moved @ left], axis=1), stamps_ns=stamps_ns)
 
 
-def _covered(
-    stamps_ns: NDArray[np.int64], given: NDArray[np.int64],
-) -> NDArray[np.int64]:
+def _covered(stamps_ns: NDArray[np.int64], given: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the numbers of the frames that the ground truth covers, by its stamps."""
     begin, end = given[0] - _OUTSIDE_NS, given[-1] + _OUTSIDE_NS
     if stamps_ns[-1] < begin or stamps_ns[0] > end:

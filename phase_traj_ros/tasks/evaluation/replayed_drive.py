@@ -118,9 +118,7 @@ def replay_files(directory: Path) -> Iterator[tuple[dict[str, Any], list[dict[st
         raise ResultError(
             f'{directory} does not hold a replay ({error.strerror}: {error.filename}): replay'
             ' the drive with it as the output folder') from None
-    except (
-            ArithmeticError, AttributeError, KeyError, TypeError, ValueError, csv.Error,
-    ) as error:
+    except (ArithmeticError, AttributeError, KeyError, TypeError, ValueError, csv.Error) as error:
         raise ResultError(
             f'{directory} does not hold what phase_traj replay writes ({type(error).__name__}:'
             f' {error}): replay again') from None

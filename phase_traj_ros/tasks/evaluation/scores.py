@@ -107,8 +107,7 @@ def turn_score(found: Sequence[Turn], true: MatchedTruth) -> TurnScore:
     covered = [turn for turn in found if begin <= turn.end_ns and turn.start_ns <= end]
     there = true_turns(true)
     clear = TUNING.turn_deg + _MARGIN_DEG
-    clear_there = [
-        index for index, turn in enumerate(there) if abs(turn.angle_deg) >= clear]
+    clear_there = [index for index, turn in enumerate(there) if abs(turn.angle_deg) >= clear]
     partners = _partners(covered, there)
     right = sum(index in clear_there for index in partners.values())
     # A turn that the ground truth covers only in part cannot be called wrong.
@@ -143,8 +142,7 @@ def aligned(
     solution of S. Umeyama, "Least-squares estimation of transformation parameters between two
     point patterns", 1991, written with complex numbers.
     """
-    source, wanted = (
-        side[:, 0] + 1j * side[:, 1] for side in (points, target))
+    source, wanted = (side[:, 0] + 1j * side[:, 1] for side in (points, target))
     middle = source.mean()
     moved = source - middle
     power = float(np.vdot(moved, moved).real)

@@ -38,8 +38,7 @@ class Interruption:
     @classmethod
     def lasting(cls, seconds: float, *, distance: float = 0.0, turn: float = 0.0) -> Interruption:
         """Return an interruption of some seconds, of at least that distance and turn."""
-        return cls(
-            max(_FASTEST * seconds, distance), min(max(_TURNING * seconds, turn), math.pi))
+        return cls(max(_FASTEST * seconds, distance), min(max(_TURNING * seconds, turn), math.pi))
 
 
 ANYWHERE: Final = Interruption(math.inf, math.pi)

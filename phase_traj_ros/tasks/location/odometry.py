@@ -13,13 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import (
-    LengthUnit,
-    OdometryStep,
-    PairStatus,
-    ScaleRange,
-    TravelState,
-)
+from phase_traj_ros.core import LengthUnit, OdometryStep, PairStatus, ScaleRange, TravelState
 from phase_traj_ros.core.codes.links import MIN_STEP
 from phase_traj_ros.core.codes.text import LinksText, parse_links
 from phase_traj_ros.errors import reading, ResultError, SourceError
