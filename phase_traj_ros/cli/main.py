@@ -7,18 +7,7 @@ import os
 import signal
 import sys
 
-from phase_traj_ros.cli.ending import (
-    Ended,
-    EXIT_BAD_INPUT,
-    handle_signals,
-    leave_at_once,
-    line_of,
-    open_closed_streams,
-    raise_ended,
-    say,
-    status_of,
-    write_error,
-)
+from phase_traj_ros.cli import ending
 from phase_traj_ros.cli.escaping import escaped, escaped_output
 from phase_traj_ros.errors import ForeignFileError, PhaseTrajError
 
@@ -33,18 +22,18 @@ _QUIET = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit status."""
-    open_closed_streams()
+    ending.open_closed_streams()
     try:
         with escaped_output():
             return _status(arguments)
     finally:
-        write_error(sys.stderr)
+        ending.write_error(sys.stderr)
 
 
 def _status(arguments: Sequence[str] | None) -> int:
     for name, value in _QUIET.items():
         os.environ.setdefault(name, value)
-    handle_signals(leave_at_once)
+    ending.handle_signals(ending.leave_at_once)
     # OpenCV reads the settings when it is loaded, and these modules load it.
     try:
         from phase_traj_ros.cli.program import program_parser
@@ -54,7 +43,7 @@ def _status(arguments: Sequence[str] | None) -> int:
             ' and python3-yaml (apt), or install phase_traj_ros with pip, which brings them')
 
     try:
-        handle_signals(raise_ended)
+        ending.handle_signals(ending.raise_ended)
         options = program_parser().parse_args(arguments)
         status: int | None = options.run(options)
     except PhaseTrajError as error:
@@ -62,35 +51,35 @@ def _status(arguments: Sequence[str] | None) -> int:
         status = _refused(f'{error}{hint}')
     except KeyboardInterrupt as error:
         # The process is ending: another Ctrl-C must not turn this into a failure.
-        handle_signals(signal.SIG_IGN)
-        number = error.number if isinstance(error, Ended) else signal.SIGINT
-        say(line_of(number))
-        status = status_of(number)
+        ending.handle_signals(signal.SIG_IGN)
+        number = error.number if isinstance(error, ending.Ended) else signal.SIGINT
+        ending.say(ending.line_of(number))
+        status = ending.status_of(number)
     except SystemExit as end:
         # The parser has printed the help, or what is wrong with the call.
         status = end.code if isinstance(end.code, int) else 0
     except OSError as error:
         # An error of a file has its name; one without is of the standard output.
         if error.filename is None:
-            write_error(sys.stdout)
+            ending.write_error(sys.stdout)
             return _unheard(error)
         status = _refused(f'{error.filename}: {error.strerror}')
-    failed = write_error(sys.stdout)
+    failed = ending.write_error(sys.stdout)
     return (status or 0) if failed is None else _unheard(failed)
 
 
 def _unheard(error: OSError) -> int:
     """Tell that the output cannot be written; return the exit status."""
     if isinstance(error, BrokenPipeError):
-        say('phase_traj: the reader of the output has closed it')
-        return status_of(signal.SIGPIPE)
+        ending.say('phase_traj: the reader of the output has closed it')
+        return ending.status_of(signal.SIGPIPE)
     return _refused(f'cannot write to the standard output: {error.strerror}')
 
 
 def _refused(problem: str) -> int:
     """Tell why the work cannot be done; return the exit status."""
-    say(escaped(f'phase_traj: error: {problem}'))
-    return EXIT_BAD_INPUT
+    ending.say(escaped(f'phase_traj: error: {problem}'))
+    return ending.EXIT_BAD_INPUT
 
 
 if __name__ == '__main__':

@@ -12,19 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.codes.codes import Movement
 from phase_traj_ros.core.codes.from_heading import HeadingCode
+from phase_traj_ros.tasks.evaluation import scores
 from phase_traj_ros.tasks.evaluation.ground_truth import GroundTruth, match, MatchedTruth
 from phase_traj_ros.tasks.evaluation.replayed_drive import ReplayedDrive
-from phase_traj_ros.tasks.evaluation.scores import (
-    absolute_error,
-    distance_error,
-    heading_error,
-    HeadingError,
-    relative_errors,
-    shape_error,
-    turn_score,
-    TurnScore,
-    way_along,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,9 +85,9 @@ class Evaluation:
     frames: int
     """Frames that the ground truth covers."""
     length_m: float
-    turns: TurnScore | None
+    turns: scores.TurnScore | None
     direction: DirectionScore
-    heading_error_deg: HeadingError | None
+    heading_error_deg: scores.HeadingError | None
     shape_error: ShapeError
     path_errors: PathErrors
 
@@ -121,14 +111,14 @@ def evaluate(
         align_start=align_start)
 
     def shape(drawn: NDArray[np.float64] | None) -> float | None:
-        return None if drawn is None else shape_error(drawn[true.frames], true.positions)
+        return None if drawn is None else scores.shape_error(drawn[true.frames], true.positions)
 
     return Evaluation(
         frames=len(true.frames),
-        length_m=float(way_along(true.positions)[-1]),
-        turns=None if drive.turns is None else turn_score(drive.turns, true),
+        length_m=float(scores.way_along(true.positions)[-1]),
+        turns=None if drive.turns is None else scores.turn_score(drive.turns, true),
         direction=_direction_score(drive, true),
-        heading_error_deg=None if drive.heading is None else heading_error(
+        heading_error_deg=None if drive.heading is None else scores.heading_error(
             drive.heading[true.frames], true),
         shape_error=ShapeError(
             codes=shape(drive.drawn_from_codes()), heading=shape(drive.drawn_from_heading()),
@@ -151,16 +141,17 @@ def _path_errors(drive: ReplayedDrive, true: MatchedTruth) -> PathErrors:
         return PathErrors()
     found = drive.poses[true.frames]
     there = np.column_stack([true.positions, true.headings])
-    scaled = absolute_error(found[:, :2], true.positions)
+    scaled = scores.absolute_error(found[:, :2], true.positions)
     if not drive.metric:
         return PathErrors(ate_scaled_m=scaled)
-    distance = distance_error(found[:, :2], true.positions)
-    gained = relative_errors(found, there)
+    distance = scores.distance_error(found[:, :2], true.positions)
+    gained = scores.relative_errors(found, there)
     return PathErrors(
         distance_error_percent=None if distance is None else 100.0 * distance,
         t_rel_percent=None if gained is None else 100.0 * gained.translation,
         r_rel_deg_per_100m=None if gained is None else 100.0 * math.degrees(gained.rotation),
-        ate_m=absolute_error(found[:, :2], true.positions, scaled=False), ate_scaled_m=scaled)
+        ate_m=scores.absolute_error(found[:, :2], true.positions, scaled=False),
+        ate_scaled_m=scaled)
 
 
 def _direction_score(drive: ReplayedDrive, true: MatchedTruth) -> DirectionScore:
