@@ -17,11 +17,7 @@ from phase_traj_ros.cli.commands import (
     replay,
 )
 from phase_traj_ros.cli.ending import EXIT_BAD_INPUT
-from phase_traj_ros.core.correlation.transforms import (
-    find_transform,
-    transform_hint,
-    TransformLibrary,
-)
+from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
 
 TASKS: tuple[tuple[str, tuple[ModuleType, ...]], ...] = (
     ('code a recording', (replay, inspect_frames)),
@@ -48,7 +44,7 @@ class _Version(Action):
         option_string: str | None = None,
     ) -> NoReturn:
         print(f'phase_traj_ros {phase_traj_ros.__version__}')
-        print(f'transforms: {find_transform(TransformLibrary.AUTO).name}')
+        print(f'transforms: {find_transform().name}')
         hint = transform_hint()
         if hint:
             print(hint)
