@@ -3,7 +3,6 @@
 """``phase_traj locate``: finds where on a road map a drive was."""
 
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -113,8 +112,7 @@ def run(options: Namespace) -> int | None:
         if directory is not None:
             write_location(located, directory, title=source.name or str(source), codes=codes)
     # After the results are complete: if the output is closed, printing raises an error.
-    for line in _lines(located):
-        print(line)
+    _print(located)
     if options.output is not None:
         print(f'written to {options.output}, see {REPORT}')
     return None if located.first_claim is not None else EXIT_NOT_KNOWN
@@ -157,21 +155,21 @@ def _is_results(source: Path) -> bool:
     return source.is_dir() and (source / CODES).exists()
 
 
-def _lines(located: Located) -> Iterator[str]:
+def _print(located: Located) -> None:
     poses, roads = located.poses, located.roads
     driven = poses[-1].driven * located.scale.middle
-    yield (f'{located.odometry.source}: {len(poses)} poses, about {driven:.0f} m;'
-           f' {roads.source}: {roads.length / 1e3:.0f} km of road')
+    print(f'{located.odometry.source}: {len(poses)} poses, about {driven:.0f} m;'
+          f' {roads.source}: {roads.length / 1e3:.0f} km of road')
     first, last = located.first_claim, poses[-1].estimate
     found = _reason(located) if first is None else _PLACE.format(*located.degrees(first.estimate))
-    yield f'{verdict(located)}: {found}'
+    print(f'{verdict(located)}: {found}')
     if not last.claimed:
-        yield f'at the end: not known, probability {last.probability:.3f} of the best place'
+        print(f'at the end: not known, probability {last.probability:.3f} of the best place')
     else:
-        yield (f'at the end: {_PLACE.format(*located.degrees(last))}, bearing'
-               f' {bearing_deg(last.heading):.0f}°, standard deviation'
-               f' {last.standard_deviation:.1f} m, probability {last.probability:.3f}')
-    yield f'map data {ATTRIBUTION}'
+        print(f'at the end: {_PLACE.format(*located.degrees(last))}, bearing'
+              f' {bearing_deg(last.heading):.0f}°, standard deviation'
+              f' {last.standard_deviation:.1f} m, probability {last.probability:.3f}')
+    print(f'map data {ATTRIBUTION}')
 
 
 def _reason(located: Located) -> str:
