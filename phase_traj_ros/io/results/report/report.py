@@ -25,15 +25,7 @@ from phase_traj_ros.io.replay.overview import LOW_RESPONSE, Overview, overview, 
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.chain_code import versions
 from phase_traj_ros.io.results.pictures import Thumbnail
-from phase_traj_ros.io.results.report.page import (
-    data_uri,
-    filled,
-    Markup,
-    script_json,
-    table,
-    template,
-    write_page,
-)
+from phase_traj_ros.io.results.report import page
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import Parameters, specs
 
@@ -54,20 +46,20 @@ def write_report(
     there are none.
     """
     shown = overview(result)
-    content = filled(template('report.html'), {
+    content = page.filled(page.template('report.html'), {
         'turns': _turns(shown.turns),
         'trust': _trust(result, left_out),
         'health': _health(result, shown),
         'settings': _settings(result),
         'codes': _codes(result),
-        'picture': data_uri(picture.read_bytes(), 'png'),
-        'data': script_json(_script_data(result, shown, thumbnails)),
+        'picture': page.data_uri(picture.read_bytes(), 'png'),
+        'data': page.script_json(_script_data(result, shown, thumbnails)),
         'footer': 'Made by ' + ', '.join(
             f'{name} {version}' for name, version in versions().items()),
     })
-    write_page(
+    page.write_page(
         path, title=title, source=result.source, facts=_facts(result, shown),
-        content=content, script=template('report.js'))
+        content=content, script=page.template('report.js'))
 
 
 def _facts(result: Replay, shown: Overview) -> Iterator[tuple[str, str]]:
@@ -92,23 +84,23 @@ def _facts(result: Replay, shown: Overview) -> Iterator[tuple[str, str]]:
     yield 'median response', f'{shown.median_response:.3f}'
 
 
-def _turns(turns: Sequence[TurnMark]) -> Markup:
+def _turns(turns: Sequence[TurnMark]) -> page.Markup:
     if not turns:
-        return Markup('<p class="note">The codes contain no turn.</p>')
+        return page.Markup('<p class="note">The codes contain no turn.</p>')
     measured = any(turn.angle_deg is not None for turn in turns)
     head = ['turn', 'side', 'from (s)', 'to (s)', 'frames', *['angle'] * measured, '']
     rows = []
     for index, turn in enumerate(turns):
         angle = '' if turn.angle_deg is None else f'{turn.angle_deg:+.1f}°'
         rows.append([
-            Markup(f'<button type="button" data-turn="{index}">{turn.number}</button>'),
+            page.Markup(f'<button type="button" data-turn="{index}">{turn.number}</button>'),
             turn.side.label, f'{turn.start_s:.2f}', f'{turn.end_s:.2f}',
             f'{turn.pair} to {turn.end_pair + 1}', *[angle] * measured,
-            Markup(f'<span data-strip="{index}"></span>')])
-    return table(rows, head=head, numbers=(2, 3), kind='turns')
+            page.Markup(f'<span data-strip="{index}"></span>')])
+    return page.table(rows, head=head, numbers=(2, 3), kind='turns')
 
 
-def _trust(result: Replay, left_out: bytes | None) -> Markup:
+def _trust(result: Replay, left_out: bytes | None) -> page.Markup:
     """Return the reasons to doubt the result, the cuts, and the areas that are left out."""
     notes = [_warning(reason.sentence) for reason in result.reliability.reasons]
     notes += [_warning(f'{problem}.') for problem in result.problems]
@@ -123,15 +115,15 @@ def _trust(result: Replay, left_out: bytes | None) -> Markup:
     if left_out is not None:
         notes.append(
             '<figure><figcaption>Shaded areas are fixed to the camera and left out</figcaption>'
-            f'<img alt="Fixed areas" src="{data_uri(left_out, "jpeg")}"></figure>')
-    return Markup(''.join(notes) or '<p class="note">No reason to doubt the result.</p>')
+            f'<img alt="Fixed areas" src="{page.data_uri(left_out, "jpeg")}"></figure>')
+    return page.Markup(''.join(notes) or '<p class="note">No reason to doubt the result.</p>')
 
 
 def _warning(sentence: str) -> str:
     return f'<p class="warn">{escape(sentence[0].upper() + sentence[1:])}</p>'
 
 
-def _health(result: Replay, shown: Overview) -> Markup:
+def _health(result: Replay, shown: Overview) -> page.Markup:
     longest_s = float(shown.intervals.max())
     pairs, counters = len(result.updates), result.counters
     statuses = Counter(update.status.value for update in result.updates)
@@ -152,35 +144,35 @@ def _health(result: Replay, shown: Overview) -> Markup:
     rows += [
         (f'distances {state.value}', _share(count, pairs), False)
         for state, count in result.way.states.items() if count]
-    return table([
-        (name, Markup(f'<span class="{"warn" if bad else ""}">{escape(value)}</span>'))
+    return page.table([
+        (name, page.Markup(f'<span class="{"warn" if bad else ""}">{escape(value)}</span>'))
         for name, value, bad in rows])
 
 
-def _settings(result: Replay) -> Markup:
+def _settings(result: Replay) -> page.Markup:
     parameters, changed = result.parameters, result.parameters.changed
     camera = '' if result.camera is None else f'<p>Camera: {escape(str(result.camera))}.</p>'
     rows = (
         _setting_rows(parameters, changed) if changed
         else '<p>All parameters have their defaults.</p>')
-    return Markup(
+    return page.Markup(
         f'{camera}{rows}<details><summary>All parameters</summary>'
         f'{_setting_rows(parameters, specs())}</details>')
 
 
-def _setting_rows(parameters: Parameters, listed: Sequence[Spec]) -> Markup:
-    return table([(
-        Markup(f'<span title="{escape(spec.description)}">{escape(spec.name)}</span>'),
+def _setting_rows(parameters: Parameters, listed: Sequence[Spec]) -> page.Markup:
+    return page.table([(
+        page.Markup(f'<span title="{escape(spec.description)}">{escape(spec.name)}</span>'),
         f'{parameters.value(spec)} {spec.unit}'.strip() or '(empty)') for spec in listed])
 
 
-def _codes(result: Replay) -> Markup:
+def _codes(result: Replay) -> page.Markup:
     listed: list[tuple[str, CodeSeries[Any]]] = [
         ('movement', result.codes.movement), ('direction', result.codes.direction)]
     if result.links is not None:
         unit = result.parameters.settings.length_unit.value
         listed.append((f'links of {result.links.step:g} {unit}', result.links.series))
-    return Markup(''.join(
+    return page.Markup(''.join(
         f'<p class="runs">{escape(name)} ({len(series)}):'
         f' {" ".join(f"{int(run.code)}×{run.count}" for run in series.runs)}</p>'
         for name, series in listed))
@@ -231,7 +223,7 @@ def _script_data(
             'start': round(turn.start_s, 4), 'stop': round(turn.end_s, 4),
         } for turn in shown.turns],
         'thumbnails': [
-            {'frame': each.frame, 'src': data_uri(each.jpeg, 'jpeg')} for each in thumbnails],
+            {'frame': each.frame, 'src': page.data_uri(each.jpeg, 'jpeg')} for each in thumbnails],
     }
 
 
