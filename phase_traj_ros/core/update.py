@@ -72,8 +72,7 @@ class Update:
             heading = heading.part(heading.yaw - before.heading.yaw, share)
         if travel is not None and before.travel is not None:
             travel = travel.part(travel.distance - before.travel.distance, share)
-        return replace(
-            self, interval_ns=interval_ns, shift=shift, heading=heading, travel=travel)
+        return replace(self, interval_ns=interval_ns, shift=shift, heading=heading, travel=travel)
 
 
 @dataclass(slots=True)

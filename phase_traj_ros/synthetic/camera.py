@@ -92,8 +92,7 @@ class Camera:
 
     def matrix(self) -> Floats:
         """Return the 3 x 3 camera matrix K."""
-        return np.array([
-            [self.focal, 0.0, self.cx], [0.0, self.focal, self.cy], [0.0, 0.0, 1.0]])
+        return np.array([[self.focal, 0.0, self.cx], [0.0, self.focal, self.cy], [0.0, 0.0, 1.0]])
 
 
 #: The left grey camera of the KITTI odometry benchmark (sequences 00 to 02).

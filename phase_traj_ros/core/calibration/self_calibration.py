@@ -62,8 +62,7 @@ class SelfCalibration:
         self._log_lens: Numbers = np.log(
             usual[:, None] * (share * pinholes + (1.0 - share) * fisheyes))
         whole = _normal(_COLUMNS, 0.0, TUNING.column_deviation)
-        self._log_column: Numbers = np.log(
-            (1.0 - cropped) * whole + cropped / np.ptp(_COLUMNS))
+        self._log_column: Numbers = np.log((1.0 - cropped) * whole + cropped / np.ptp(_COLUMNS))
         self._horizon = HorizonEstimator()
         self.turns = 0
         """Number of parts of turns that were used."""

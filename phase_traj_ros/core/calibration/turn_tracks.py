@@ -23,8 +23,7 @@ from phase_traj_ros.core.correlation.view import reduced
 Bytes = NDArray[np.uint8]
 Places = NDArray[np.float32]
 
-_STOP = (
-    cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, TUNING.search_steps, TUNING.search_px)
+_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, TUNING.search_steps, TUNING.search_px)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -224,8 +223,7 @@ class _Stretch:
                     self._picture, found, (TUNING.centre_px,) * 2, (-1, -1), _STOP)
                 new = np.asarray(centred.reshape(-1, 2), np.float32)
             self._points = np.concatenate([self._points, new])
-            self._ids = np.concatenate(
-                [self._ids, np.arange(self._count, self._count + len(new))])
+            self._ids = np.concatenate([self._ids, np.arange(self._count, self._count + len(new))])
             self._count += len(new)
         self._recorded = self._points
         step = np.full(len(self._points), len(self._steps) - 1.0)

@@ -66,8 +66,7 @@ class Horizon:
         ahead /= np.linalg.norm(ahead)
         right = np.cross(down, ahead)
         sine, cosine = math.sin(azimuth), math.cos(azimuth)
-        return np.stack([
-            cosine * right - sine * ahead, down, sine * right + cosine * ahead])
+        return np.stack([cosine * right - sine * ahead, down, sine * right + cosine * ahead])
 
     def pitch_along(
         self, course: float, slope: float, *, azimuth: float = 0.0, lean: float = 0.0,

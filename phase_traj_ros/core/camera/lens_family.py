@@ -100,8 +100,7 @@ def _scales(directions: Numbers, straightness: float) -> tuple[Numbers, ...]:
     x, y, z = np.ascontiguousarray(directions.T)
     aside = np.hypot(x, y)
     seen = radius(np.arctan2(aside, z), straightness)
-    across = np.where(
-        aside > 1e-9, seen / np.maximum(aside, 1e-9), 1.0 / np.maximum(z, 1e-9))
+    across = np.where(aside > 1e-9, seen / np.maximum(aside, 1e-9), 1.0 / np.maximum(z, 1e-9))
     return x, y, z, aside, seen, across
 
 

@@ -230,8 +230,7 @@ class CameraModel:
         project = (
             cv2.fisheye.projectPoints if self.distortion is Distortion.FISHEYE
             else cv2.projectPoints)
-        found, _ = project(
-            points, np.zeros(3), np.zeros(3), matrix, np.array(self.coefficients))
+        found, _ = project(points, np.zeros(3), np.zeros(3), matrix, np.array(self.coefficients))
         places = np.nan_to_num(np.asarray(found, np.float64), nan=_FAR).reshape(*x.shape, 2)
         places = np.clip(places, -_FAR, _FAR)
         return places[..., 0], places[..., 1]
@@ -240,8 +239,7 @@ class CameraModel:
 @lru_cache(maxsize=8)
 def _hfov_deg(camera: CameraModel) -> float:
     if camera.distortion is Distortion.NONE:
-        return OneNumberLens(camera.fx).hfov_deg(
-            camera.width, column=camera.offset * camera.width)
+        return OneNumberLens(camera.fx).hfov_deg(camera.width, column=camera.offset * camera.width)
     angles = np.radians(np.linspace(-90.0, 90.0, TUNING.hfov_steps, endpoint=False)[1:])
     level, ahead = np.zeros_like(angles), np.ones_like(angles)
     seen = angles[camera.project(np.tan(angles), level, ahead).seen]

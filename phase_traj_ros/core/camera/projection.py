@@ -103,8 +103,7 @@ class CylinderProjection:
 
     def scanline(self, frame: Frame) -> NDArray[np.float32]:
         """Return the mean of some rows of the cylinder, (1, columns), for a tenth of the cost."""
-        rows = cv2.remap(
-            frame, *self._scanned, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        rows = cv2.remap(frame, *self._scanned, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         return cv2.reduce(  # type: ignore[return-value]
             rows, 0, cv2.REDUCE_AVG, dtype=cv2.CV_32F)
 
@@ -150,8 +149,7 @@ def _extent(camera: CameraModel, band: CameraTuning) -> tuple[float, float, floa
     lens.
     """
     aside = math.radians(band.side_deg)
-    highest, lowest = (
-        math.tan(math.radians(angle)) for angle in (band.above_deg, band.below_deg))
+    highest, lowest = (math.tan(math.radians(angle)) for angle in (band.above_deg, band.below_deg))
     if camera.distortion is Distortion.NONE:
         return (
             max(math.atan(-(camera.cx + 0.5) / camera.fx), -aside),

@@ -78,8 +78,7 @@ class ChainCode:
     def _turned(self, side: Movement) -> Movement:
         """Turn the direction by a quarter to a side; return the side."""
         heading = Direction(self.heading)
-        self.heading = (
-            heading.turned_left() if side is Movement.LEFT else heading.turned_right())
+        self.heading = (heading.turned_left() if side is Movement.LEFT else heading.turned_right())
         return side
 
     def _append(self, movement: Movement) -> Step:

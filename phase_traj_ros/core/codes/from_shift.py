@@ -54,8 +54,7 @@ class DynamicChainCode(ChainCode):
 
         """
         super().__init__(max_runs=max_runs)
-        self.configure(
-            threshold, confirm_frames=confirm_frames, release_frames=release_frames)
+        self.configure(threshold, confirm_frames=confirm_frames, release_frames=release_frames)
 
     def configure(
         self, threshold: float, *, confirm_frames: int = 1, release_frames: int = 1,

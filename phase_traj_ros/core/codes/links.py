@@ -35,9 +35,7 @@ class LinkCode:
     so no link is added until the vehicle has passed this point again. Links are never removed.
     """
 
-    def __init__(
-        self, step: float, *, connectivity: int = 4, max_runs: int | None = None,
-    ) -> None:
+    def __init__(self, step: float, *, connectivity: int = 4, max_runs: int | None = None) -> None:
         """
         Make a code without links.
 

@@ -135,9 +135,7 @@ def parse_chain_code(text: str) -> ChainCodeText:
     raise ValueError(f'not a chain code text: {text!r:.80}')
 
 
-def _series_text(
-    series: CodeSeries[Any], codes: type[Code], max_runs: int | None,
-) -> SeriesText:
+def _series_text(series: CodeSeries[Any], codes: type[Code], max_runs: int | None) -> SeriesText:
     runs = series.runs if max_runs is None else series.last_runs(max_runs)
     return SeriesText(
         len(series), series.totals_of(codes), tuple((int(run.code), run.count) for run in runs),

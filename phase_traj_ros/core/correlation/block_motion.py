@@ -105,8 +105,7 @@ class BlockMotion:
         Content that the shift brings in from outside the frame is ignored. 0 if no block is left.
         """
         height, width = self._current.shape
-        matrix = np.array(
-            [[1.0, 0.0, shift.dx / self._scale], [0.0, 1.0, shift.dy / self._scale]])
+        matrix = np.array([[1.0, 0.0, shift.dx / self._scale], [0.0, 1.0, shift.dy / self._scale]])
         moved = cv2.warpAffine(
             self._previous, matrix, (width, height), flags=cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_CONSTANT, borderValue=(math.nan,) * 4)
@@ -132,9 +131,7 @@ class BlockMotion:
         lift = 1e-6 * float(np.trace(known, axis1=1, axis2=2).mean()) + np.finfo(np.float32).tiny
         solved = np.linalg.solve(known + lift * np.eye(3), moments[:, :3, 3:])[:, :2, 0]
         # Where brightness rises to the right, growing brightness means motion to the left.
-        return BlockFlow(
-            vectors=solved * (-4.0 * self._scale),
-            textured=self._textured(weaker))
+        return BlockFlow(vectors=solved * (-4.0 * self._scale), textured=self._textured(weaker))
 
     def _textured(self, texture: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
         """Return which blocks, (n,), have enough texture and are not masked out."""

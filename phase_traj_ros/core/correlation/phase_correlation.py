@@ -276,8 +276,7 @@ def check_form(frame: Frame) -> None:
         raise FrameError(f'frame is {frame.dtype}: give uint8, uint16 or float32')
     if min(frame.shape) < MIN_SIDE:
         height, width = frame.shape
-        raise FrameError(
-            f'frame is {width}x{height} pixels: give at least {MIN_SIDE}x{MIN_SIDE}')
+        raise FrameError(f'frame is {width}x{height} pixels: give at least {MIN_SIDE}x{MIN_SIDE}')
 
 
 def mean_and_deviation(frame: Frame) -> tuple[float, float]:

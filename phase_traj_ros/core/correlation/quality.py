@@ -164,8 +164,7 @@ class PairQuality:
         self._gate = gate
         self._detector = None if stillness is None else StillnessDetector(stillness)
         self._blocks = BlockMotion(mask=mask)
-        self.needs_frames = stillness is not None or (
-            gate is not None and gate.look_past_zero)
+        self.needs_frames = stillness is not None or (gate is not None and gate.look_past_zero)
         """Whether any of the tests needs the frames, and not only the map."""
         self._has_pair = False
         self._width = 0

@@ -85,8 +85,7 @@ class FixedGuard:
             return self._areas.update(picture, 0.0)
         before = self._excludes
         # If too little of the image would remain, the mask stays as it was.
-        changed = self._areas.update(
-            picture, interval, turned=shift.dx) and self._areas.sufficient
+        changed = self._areas.update(picture, interval, turned=shift.dx) and self._areas.sufficient
         return changed and (before or self._excludes)
 
     def _stands(self, yaw: YawMeasurement | None, interval: float, before: float) -> bool:

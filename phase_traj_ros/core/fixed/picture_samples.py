@@ -72,8 +72,7 @@ class PictureSamples:
         before = self._previous if since is None else since
         step = self.gradients[:2] - before[:2]
         np.square(step, out=step)
-        return (self.cell_means(step[0] + step[1]),
-                self.cell_means(self.gradients[2] + before[2]))
+        return (self.cell_means(step[0] + step[1]), self.cell_means(self.gradients[2] + before[2]))
 
     def cell_means(self, values: Plane) -> Plane:
         """Return the means of values (h, w) over the cells, of which there are a few thousand."""

@@ -68,9 +68,7 @@ class RepeatDetector:
             self._repeats_before, self._repeats = self._repeats, 0
         self._frame, self._encoding = frame, encoding
 
-    def _is_same(
-        self, frame: Frame, interval_ns: int, encoding: str, by_motion: bool,
-    ) -> bool:
+    def _is_same(self, frame: Frame, interval_ns: int, encoding: str, by_motion: bool) -> bool:
         kept = self._frame
         if (kept is None or encoding != self._encoding or kept.shape != frame.shape
                 or kept.dtype != frame.dtype):

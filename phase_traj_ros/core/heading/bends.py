@@ -47,8 +47,7 @@ class Bend:
 
     def scaled(self, factor: float) -> 'Bend':
         """Return the bend with all its angles multiplied by a factor."""
-        return Bend(
-            self.first.scaled(factor), self.end.scaled(factor), factor * self.peak_rate)
+        return Bend(self.first.scaled(factor), self.end.scaled(factor), factor * self.peak_rate)
 
 
 def quarter_turns(angle: float) -> int:

@@ -68,8 +68,7 @@ class TurnDetector:
 
         """
         if not (math.isfinite(min_angle_deg) and min_angle_deg > 0):
-            raise ValueError(
-                f'min_angle_deg is {min_angle_deg}: give a finite number above 0')
+            raise ValueError(f'min_angle_deg is {min_angle_deg}: give a finite number above 0')
         self._min_angle = min_angle_deg
         # Each side separately: a pair to the other side does not end a turn.
         self._sides = tuple(BendDetector(sign, min_angle_deg) for sign in (1, -1))

@@ -108,8 +108,7 @@ class VisualCompass:
                 None if yaw is None else yaw / self.camera.tilt, interval,
                 certain=measurement.certain, variance=measurement.variance,
                 share=measurement.share)
-        turns = self._turns.update(
-            stamp_ns, step.heading, distance, rate=step.rate, frames=frames)
+        turns = self._turns.update(stamp_ns, step.heading, distance, rate=step.rate, frames=frames)
         update = HeadingUpdate(
             step, self.camera.shift_of(measurement), tuple(turns), self._turns.quarters,
             self._contradicts(step.heading))

@@ -187,8 +187,7 @@ class YawCamera:
             The frame cannot be used. The state is unchanged.
 
         """
-        if (self._meter is not None and self.lens.focal_px
-                and frame.shape[1:] != self._shape[1:]):
+        if (self._meter is not None and self.lens.focal_px and frame.shape[1:] != self._shape[1:]):
             raise FrameError(
                 f'frames of {frame.shape[1]}x{frame.shape[0]} pixels after frames of'
                 f' {self._shape[1]}x{self._shape[0]}, but focal_px is for one size: give hfov_deg'

@@ -148,8 +148,7 @@ class MapLocator:
         """Seed the whole map from time to time while the vehicle is probably off the roads."""
         settings, null = self._settings, self._null
         share = math.exp(null.log_weight - self._log_total())
-        if (share > settings.away
-                and self._travelled - self._seeded_at > settings.reseed_every_m):
+        if (share > settings.away and self._travelled - self._seeded_at > settings.reseed_every_m):
             self._seeded_at = self._travelled
             returning = null.log_weight + math.log(settings.return_anywhere)
             self._hypotheses = self._hypotheses.joined(

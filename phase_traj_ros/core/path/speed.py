@@ -71,5 +71,4 @@ class SpeedTrack:
         if any(end - stamp > TUNING.max_speed_age_ns for stamp, end in zip(stamps, ends)):
             return None
         begins = [begin_ns, *stamps[1:]]
-        return sum(
-            speed * (end - begin) / 1e9 for speed, begin, end in zip(speeds, begins, ends))
+        return sum(speed * (end - begin) / 1e9 for speed, begin, end in zip(speeds, begins, ends))

@@ -106,8 +106,7 @@ class ReliabilityMonitor:
             if lasted_ns := self._unused_ns(reason):
                 spans[reason].append((self._newest_ns, self._newest_ns + lasted_ns))
                 end = max(end, self._newest_ns + lasted_ns)
-        reasons += [reason for reason in Reason
-                    if reason not in reasons and self._applies(reason)]
+        reasons += [reason for reason in Reason if reason not in reasons and self._applies(reason)]
         if not camera_known and Reason.TOO_SHORT not in reasons:
             reasons.append(Reason.CAMERA_NOT_KNOWN)
             spans[Reason.CAMERA_NOT_KNOWN] = [(start, end)]

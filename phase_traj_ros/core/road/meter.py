@@ -179,9 +179,7 @@ class RoadMeter:
         travel = travel or self.speed_filter.bridge(interval, self._measured, turns=turns)
         return replace(travel, rivalled=rivalled)
 
-    def _rest(
-        self, frame: Frame, interval: float, *, passes: bool, turns: bool,
-    ) -> Travel | None:
+    def _rest(self, frame: Frame, interval: float, *, passes: bool, turns: bool) -> Travel | None:
         """Return the distance of a pair if the road rests; None if it must be measured."""
         # The first patch is the near one, if that is in view: traffic mostly covers the far one.
         near, key, standstill = self._view.patches[0], self._key, self._standstill
@@ -295,8 +293,8 @@ class RoadMeter:
         if len(agreeing) == 2 and (
                 math.copysign(1.0, key.passing) * best.distance > TUNING.min_slide):
             self._compare(*agreeing)
-            agreeing = [replace(
-                each, distance=each.raw / self._slide_scale(each.depth, key.nod))
+            agreeing = [
+                replace(each, distance=each.raw / self._slide_scale(each.depth, key.nod))
                 for each in agreeing]
         if all(each.fixed for each in agreeing) and (
                 key.moves or self.speed_filter.standing or key.age >= TUNING.standing_time):

@@ -124,8 +124,7 @@ class MotionFit:
                 if best is None or (other is not None and other.agreeing > best.agreeing):
                     best = other
             if reverses:
-                least = max(
-                    TUNING.min_agreement * total, 0.0 if best is None else best.agreeing)
+                least = max(TUNING.min_agreement * total, 0.0 if best is None else best.agreeing)
                 best = self._in_reverse(points, travel, median, least) or best
         return None if best is None else self._motion(best, total)
 
@@ -275,8 +274,7 @@ class _Equations:
         """Squared error of each point, in square radians, ..."""
         self.near = near
         """...its q, of this sign or 0, ..."""
-        factor[:2] = self.robust = self._precise * (
-            1.0 + self.error / self._variance) ** -power
+        factor[:2] = self.robust = self._precise * (1.0 + self.error / self._variance) ** -power
         """...and its weight, (N,)."""
         # The component along the line determines the distance of the point only.
         np.divide(self.robust * passes, -self.squared, out=factor[2])

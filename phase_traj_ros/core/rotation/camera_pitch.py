@@ -43,8 +43,7 @@ class CameraPitch(SwayingAngle):
 
     def predict(self, interval: float) -> None:
         """Predict ``interval`` seconds ahead."""
-        self._fade(
-            interval, time=TUNING.suspension_time, deviation=TUNING.suspension_pitch)
+        self._fade(interval, time=TUNING.suspension_time, deviation=TUNING.suspension_pitch)
         self._drift(interval)
 
     def forget_suspension(self) -> None:
@@ -56,9 +55,7 @@ class CameraPitch(SwayingAngle):
         self._state[1] -= angle
         self._covariance[1, 1] += deviation ** 2
 
-    def add_slides(
-        self, ratio: float, apart: float, variance: float, *, assumed: float,
-    ) -> None:
+    def add_slides(self, ratio: float, apart: float, variance: float, *, assumed: float) -> None:
         """
         Add the ratio of the slides of the far and the near road, with its variance.
 

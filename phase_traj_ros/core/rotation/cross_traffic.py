@@ -29,9 +29,7 @@ class CrossTraffic:
         # most of it, and whether the newest motion contradicts that.
         self._enters = self._covers = self._doubted = False
 
-    def update(
-        self, motion: CameraMotion, resting: float, *, moving: float, stood: bool,
-    ) -> None:
+    def update(self, motion: CameraMotion, resting: float, *, moving: float, stood: bool) -> None:
         """
         Add the motion since the keyframe; see ``explains``.
 

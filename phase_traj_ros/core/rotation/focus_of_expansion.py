@@ -122,9 +122,7 @@ class Mounting:
             (TUNING.slope_deviation ** 2 + travel.slope_variance) * pairs)
 
 
-def _filtered(
-    state: float, variance: float, measured: float, noise: float,
-) -> tuple[float, float]:
+def _filtered(state: float, variance: float, measured: float, noise: float) -> tuple[float, float]:
     """Return a state and its variance after a measurement with the variance ``noise``."""
     gain = variance / (variance + noise)
     return state + gain * (measured - state), variance * (1.0 - gain)

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.rotation.tuning import TUNING
 
-_STOP = (
-    cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, TUNING.search_steps, TUNING.search_px)
+_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, TUNING.search_steps, TUNING.search_px)
 
 
 # Ratio of the standard deviation to the mean absolute value of normal errors...

@@ -19,12 +19,9 @@ class WholeShift:
     It uses a coarser picture than the blocks. All shifts are in pixels of the cylinder.
     """
 
-    def __init__(
-        self, projection: CylinderProjection, mask: NDArray[np.float32] | None,
-    ) -> None:
+    def __init__(self, projection: CylinderProjection, mask: NDArray[np.float32] | None) -> None:
         """Make a meter; ``mask`` is the weight of each pixel of the cylinder, 0 to 1, or None."""
-        self._view = View(
-            decimation=2 if projection.px_per_rad > TUNING.shift_px_per_rad else 1)
+        self._view = View(decimation=2 if projection.px_per_rad > TUNING.shift_px_per_rad else 1)
         self.correlator = PhaseCorrelator(mask=None if mask is None else self._view.of(mask))
         """Correlator of the pictures, reduced."""
 

@@ -66,8 +66,7 @@ def write_drive_bag(
                 sec=stamp_ns // 10 ** 9, nanosec=stamp_ns % 10 ** 9)
             header = store.types['std_msgs/msg/Header'](stamp=stamp, frame_id=frame_id)
             message = store.types[connection.msgtype](header=header, **fields)
-            writer.write(
-                connection, stamp_ns, store.serialize_cdr(message, connection.msgtype))
+            writer.write(connection, stamp_ns, store.serialize_cdr(message, connection.msgtype))
 
         info, speed = _camera_info(store.types, drive.camera), _speeds(drive)
         vector = store.types['geometry_msgs/msg/Vector3']

@@ -96,8 +96,7 @@ class Drive:
                 int(np.searchsorted(index, turn.end_frame)), turn.angle_deg)
             for turn in self.turns
             if len(index) and index[0] <= turn.start_frame and turn.end_frame <= index[-1])
-        return replace(
-            self, stamps_ns=self.stamps_ns[index], poses=self.poses[index], turns=turns)
+        return replace(self, stamps_ns=self.stamps_ns[index], poses=self.poses[index], turns=turns)
 
 
 def _check_rate(rate_hz: float) -> None:

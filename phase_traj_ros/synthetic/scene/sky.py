@@ -36,8 +36,7 @@ class Sky:
         # The panorama runs clockwise, like the columns of the image.
         turn = (azimuth[0] - yaw) % (2 * np.pi) + (azimuth - azimuth[0])
         steep = _SCALE / (camera.focal * np.sqrt(1.0 + slope * slope))
-        columns = np.broadcast_to(
-            (turn * _SCALE).astype(np.float32), (len(rows), camera.width))
+        columns = np.broadcast_to((turn * _SCALE).astype(np.float32), (len(rows), camera.width))
         heights = np.outer((rows - camera.cy).astype(np.float32), steep.astype(np.float32))
         heights += np.float32(self.horizon)
         picture[:len(rows)] = cv2.remap(

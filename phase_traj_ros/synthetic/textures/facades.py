@@ -148,8 +148,7 @@ def facade(sheet: Sheet) -> Singles:
                 canvas.box(left - 0.15, 0.0, width + 0.3, 2.35, tone=frame, keep=0.2)
                 canvas.box(left, 0.0, width, 2.2, tone=rng.uniform(25, 140), keep=0.2)
             elif rng.random() < 0.88:
-                _window(canvas, left, floor + sill, width, story,
-                        frame=frame, shutters=shutters)
+                _window(canvas, left, floor + sill, width, story, frame=frame, shutters=shutters)
     for x in rng.uniform(0, length, int(rng.integers(0, 3))):
         canvas.box(x, 0, 0.1, height, tone=rng.uniform(60, 200))
         canvas.box(x + 0.1, 0, 0.06, height, tone=40, keep=0.5)

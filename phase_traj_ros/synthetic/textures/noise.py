@@ -15,9 +15,7 @@ from phase_traj_ros.synthetic.arrays import Floats, Singles
 _SIZE = 1024
 
 
-def spectral_noise(
-    rng: np.random.Generator, height: int, width: int, *, slope: float,
-) -> Singles:
+def spectral_noise(rng: np.random.Generator, height: int, width: int, *, slope: float) -> Singles:
     """
     Return noise of shape (height, width) whose amplitude is 1 / frequency ** slope.
 

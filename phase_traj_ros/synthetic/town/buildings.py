@@ -91,9 +91,7 @@ class Town:
         (begin, finish) = (points[first], points[last - 1])
         return (begin, finish) if np.hypot(*(finish - begin)) >= _NARROWEST else None
 
-    def house(
-        self, start: Floats, end: Floats, away: Floats, *, reach: float = 300.0,
-    ) -> None:
+    def house(self, start: Floats, end: Floats, away: Floats, *, reach: float = 300.0) -> None:
         """Build a house: a front from start to end, and sides that go ``away`` from the street."""
         rng = self.rng
         eaves = rng.uniform(5.0, 12.0)

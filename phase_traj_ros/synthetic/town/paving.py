@@ -86,9 +86,7 @@ def _shade(area: _Map, shadows: Sequence[Floats]) -> Bytes:
     return as_bytes(cv2.GaussianBlur(light, (3, 3), 0.8))
 
 
-def pave(
-    rng: np.random.Generator, streets: Sequence[Street], shadows: Sequence[Floats],
-) -> Ground:
+def pave(rng: np.random.Generator, streets: Sequence[Street], shadows: Sequence[Floats]) -> Ground:
     """Return the ground of the streets, with these shadows, (K, 2) each."""
     area = _Map(streets)
     picture = area.blank(88)

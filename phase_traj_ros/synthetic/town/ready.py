@@ -61,8 +61,7 @@ def scene_along(poses_xy: npt.ArrayLike, *, seed: int = 0) -> Scene:
     fronts are 7 to 10 m from it on both sides, with side streets. Nothing solid is within 4 m of
     the points.
     """
-    return _scene(
-        streets_along(poses_xy, np.random.default_rng((seed, 3))), poses_xy, seed)
+    return _scene(streets_along(poses_xy, np.random.default_rng((seed, 3))), poses_xy, seed)
 
 
 def roads_along(poses_xy: npt.ArrayLike, *, seed: int = 0) -> list[Floats]:

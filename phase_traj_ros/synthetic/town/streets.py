@@ -204,5 +204,4 @@ def streets_along(points: npt.ArrayLike, rng: np.random.Generator) -> tuple[Stre
                 sides.append(_side(
                     route, index, route[index], side * left, rng.uniform(*_SIDE_LENGTH)))
         place += rng.uniform(*_SIDE_SPACING)
-    return (
-        *_pieces(_straight_on(route)), *(side for side in sides if len(side.line) > _SHORTEST))
+    return (*_pieces(_straight_on(route)), *(side for side in sides if len(side.line) > _SHORTEST))

@@ -72,8 +72,7 @@ def _draw_panels(scene: Scene, camera: Camera, strips: Strips) -> tuple[Bytes, B
     across = level_of(strips.stretch[strip] * density)
     upwards = level_of(depth / camera.focal * density)
     offset = np.clip(panels.offset[panel] + along, 0.0, atlas.length[texture])
-    columns = in_ripmap(
-        atlas.left[texture] + offset * density, across, atlas.image.shape[1])
+    columns = in_ripmap(atlas.left[texture] + offset * density, across, atlas.image.shape[1])
     # The row in the atlas is linear in the row of the image.
     (step, at_horizon) = (depth / camera.focal, camera.above_ground - panels.base[panel])
     top = in_ripmap(

@@ -82,8 +82,7 @@ class NullHypothesis:
         fitting = (1.0 - settings.outlier_share) * max(self._fit, settings.null_fit) / (
             math.sqrt(2 * math.pi * (self._variance + noise)))
         turned = max(abs(stride.turned) - settings.null_straight, 0.0)
-        log_fit = settings.tempering * math.log(
-            fitting + settings.outlier_share / (2 * math.pi))
+        log_fit = settings.tempering * math.log(fitting + settings.outlier_share / (2 * math.pi))
         self.add_log_likelihood(log_fit)
         self.turned += turned
         self.log_weight -= settings.null_turn * turned

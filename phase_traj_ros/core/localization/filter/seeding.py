@@ -21,8 +21,7 @@ class Seeding:
     ) -> None:
         """Prepare a map; ``scale`` is the prior of the scale."""
         self._roads, self._scale, self._settings, self._rng = roads, scale, settings, rng
-        self._log_chance = np.log(
-            roads.length * np.where(roads.against, settings.wrong_way, 1.0))
+        self._log_chance = np.log(roads.length * np.where(roads.against, settings.wrong_way, 1.0))
 
     def anywhere(
         self, reckoning: DeadReckoning, log_total: float, *, copies: int = 1,
@@ -51,8 +50,7 @@ class Seeding:
             np.repeat(near, math.ceil(self._settings.fewest_around / len(near))), reckoning,
             log_total)
         if prior.heading is not None:
-            off = np.angle(np.exp(
-                1j * (hypotheses.rotation + reckoning.heading - prior.heading)))
+            off = np.angle(np.exp(1j * (hypotheses.rotation + reckoning.heading - prior.heading)))
             hypotheses.log_weight -= (off / prior.heading_deviation) ** 2 / 2
             hypotheses.log_weight += log_total - hypotheses.log_total
         return hypotheses
