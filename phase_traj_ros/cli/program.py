@@ -4,7 +4,7 @@
 
 from argparse import Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from types import ModuleType
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import phase_traj_ros
 from phase_traj_ros.cli.commands import (
@@ -36,6 +36,17 @@ class _Parser(ArgumentParser):
         self.exit(EXIT_BAD_INPUT, f'{self.prog}: error: {message}: see {self.prog} --help\n')
 
 
+class _CommandParser(_Parser):
+    """Refuses unknown options itself, to name the help of the command."""
+
+    def parse_known_args(self, *arguments: Any, **options: Any) -> Any:
+        """Parse the arguments of the command; exit if some are unknown."""
+        known, unknown = super().parse_known_args(*arguments, **options)
+        if unknown:
+            self.error(f'unrecognized arguments: {" ".join(unknown)}')
+        return known, unknown
+
+
 class _Version(Action):
     """Prints the version and the library of the transforms."""
 
@@ -60,7 +71,7 @@ def program_parser() -> ArgumentParser:
         '--version', action=_Version, nargs=0,
         help='show the version and the library of the transforms, and exit')
     commands = parser.add_subparsers(
-        title='commands', required=True, metavar='COMMAND',
+        title='commands', required=True, metavar='COMMAND', parser_class=_CommandParser,
         help='one of the commands below; COMMAND --help shows its options')
     for _, modules in TASKS:
         for module in modules:

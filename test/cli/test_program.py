@@ -39,3 +39,14 @@ def test_example_is_a_call_that_the_parser_takes(command):
     assert (program, arguments[0]) == ('phase_traj', command.name)
     assert callable(options.run)
     assert command.example in subparsers()[command.name].format_help()
+
+
+@pytest.mark.parametrize(('arguments', 'program'), [
+    (['replay', 'drive.mp4', '-o', 'out'], 'phase_traj replay'),
+    (['--fast', 'replay', 'drive.mp4'], 'phase_traj')])
+def test_an_unknown_option_names_the_help_with_the_known_ones(capsys, arguments, program):
+    with pytest.raises(SystemExit):
+        program_parser().parse_args(arguments)
+    said = capsys.readouterr().err
+    assert said.startswith(f'{program}: error: unrecognized arguments: -')
+    assert said.endswith(f': see {program} --help\n')
