@@ -285,7 +285,8 @@ class TrajectoryEstimator:
             self.measure_ns = 0
             return self._integration.repeat(stamp_ns, interval_ns)
         times = PairTimes(
-            waited_ns * 1e-9, interval_ns * 1e-9, self._interval_deviation(interval_ns))
+            waited_ns * 1e-9, interval_ns * 1e-9,
+            0.0 if first else self._interval_deviation(stamp_ns))
         pair = None
         if not self._is_foreseen(frame, picture, times, encoding):
             pair = self._meter.measure(
@@ -315,10 +316,11 @@ class TrajectoryEstimator:
         self.last_stamp_ns = stamp_ns
         self._integration.count_frame()
 
-    def _interval_deviation(self, interval_ns: int) -> float:
-        """Return the standard deviation of an interval between two frames in seconds."""
+    def _interval_deviation(self, stamp_ns: int) -> float:
+        """Return the standard deviation of the interval that ends with a stamp, in seconds."""
+        assert self.last_stamp_ns is not None
         return 1e-9 * math.hypot(
-            self._repeats.deviation_ns, self._jitter.deviation_ns(interval_ns))
+            self._repeats.deviation_ns, self._jitter.deviation_ns(stamp_ns - self.last_stamp_ns))
 
     def _is_foreseen(
         self, frame: Frame, picture: NDArray[np.uint8], times: PairTimes, encoding: str,

@@ -75,7 +75,8 @@ def _late_at_random(share):
 
 @pytest.mark.parametrize('delay', [
     _late_at_random(0.15), _late_at_random(0.5), np.tile([0.04, 0.0], 30),
-    np.tile([0.07, 0.0], 30), np.array([0.08] + [0.0] * 59)])
+    np.tile([0.07, 0.0], 30), np.array([0.08] + [0.0] * 59),
+    np.tile([0.0] * 12 + [0.2, 0.104, 0.008], 4)])
 def test_frames_that_arrive_late_change_no_distance(delay):
     frames, stamps, model, steps = street(KITTI_CAMERA, 60)
     estimator = TrajectoryEstimator(EstimatorSettings(

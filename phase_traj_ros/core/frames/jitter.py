@@ -27,17 +27,19 @@ class StampJitter:
 
     def deviation_ns(self, interval_ns: int) -> float:
         """
-        Return the standard deviation of an interval, in nanoseconds.
+        Return the standard deviation of the next interval, in nanoseconds.
 
-        It is that of the intervals up to the period of the camera, as a longer one may span lost
-        frames. It is at least what this interval differs from a whole number of periods.
+        It is that of the intervals up to the period of the camera, and at least what this interval
+        differs from a whole number of periods. A longer interval spans lost frames, or its frame
+        is late: then the exposures are one period apart, which is three deviations less.
         """
         if len(self._intervals_ns) < TUNING.fewest_intervals:
             return TUNING.first_deviation * interval_ns
         intervals = np.array(self._intervals_ns, float)
         period = _period(intervals)
         early = period - intervals[intervals <= period]
-        return max(_rms(early), _rms(_beyond(np.array([float(interval_ns)]), period)))
+        beyond = _rms(_beyond(np.array([float(interval_ns)]), period))
+        return max(_rms(early), beyond, (interval_ns - period) / 3.0)
 
 
 def _period(intervals: NDArray[np.float64]) -> float:

@@ -84,7 +84,9 @@ class SpeedFilter:
         if self.lost:
             return least, 0.0 if reverses else TUNING.max_speed
         gate = TUNING.gate * math.hypot(self.observed_deviation, deviation)
-        return max(self.speed - gate, least), min(self.speed + gate, TUNING.max_speed)
+        # A pair whose interval is too short seems to be faster.
+        most = TUNING.max_speed * (1.0 + self._interval_error)
+        return max(self.speed - gate, least), min(self.speed + gate, most)
 
     def add(self, speed: float, variance: float) -> None:
         """Add a measured speed."""
