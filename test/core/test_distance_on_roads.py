@@ -73,10 +73,16 @@ def _late_at_random(share):
     return rng.uniform(0.04, 0.07, 60) * (rng.random(60) < share)
 
 
-@pytest.mark.parametrize('delay', [
-    _late_at_random(0.15), _late_at_random(0.5), np.tile([0.04, 0.0], 30),
-    np.tile([0.07, 0.0], 30), np.array([0.08] + [0.0] * 59),
-    np.tile([0.0] * 12 + [0.2, 0.104, 0.008], 4)])
+_LATE = {
+    'few': _late_at_random(0.15), 'half': _late_at_random(0.5),
+    'even by 0.04 s': np.tile([0.04, 0.0], 30), 'even by 0.07 s': np.tile([0.07, 0.0], 30),
+    'odd by a third of the interval': np.tile([0.0, 0.1 / 3], 30),
+    'the first': np.array([0.08] + [0.0] * 59), 'the first two': np.array([0.08] * 2 + [0.0] * 58),
+    'bursts': np.tile([0.0] * 12 + [0.2, 0.104, 0.008], 4),
+    'all in pairs': np.tile([0.008, 0.104], 30)}
+
+
+@pytest.mark.parametrize('delay', _LATE.values(), ids=_LATE)
 def test_frames_that_arrive_late_change_no_distance(delay):
     frames, stamps, model, steps = street(KITTI_CAMERA, 60)
     estimator = TrajectoryEstimator(EstimatorSettings(

@@ -49,17 +49,12 @@ class FramesTuning:
     repeat_memory_frames: int = 20
     """Frames for which a video that repeated a picture is expected to do so again."""
 
-    jitter_intervals: int = 16
+    jitter_intervals: int = 15
     """Newest intervals from which the jitter of the stamps is estimated, ..."""
     fewest_intervals: int = 3
-    """...and the fewest from which it can be."""
+    """...and the fewest from which it can be. Until then, ..."""
     first_deviation: float = 0.5
-    """Standard deviation of the first intervals, as a share: the first frame may be late."""
-    exact_share: float = 0.05
-    """Stamps are exact, and their longer intervals span lost frames, if the intervals differ from
-    multiples of their median by less than this share of it (RMS), ..."""
-    max_exact_periods: float = 2.0
-    """...and their mean is less than so many medians: not more frames are lost than arrive."""
+    """...the standard deviation of an interval is this share of the longest one so far."""
     jump_ns: int = 1_000_000_000
     """A jump of the stamps of more than this is doubtful until the next stamp confirms it. Below
     it are swapped neighbours and the steps of a clock that NTP corrects; a gap in a recording is
