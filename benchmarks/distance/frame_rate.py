@@ -47,8 +47,7 @@ _INTRODUCTION = f"""
 
     From 5 to 120 Hz, with repeated and lost frames and with late stamps, turns and codes are the
     same, and nearly all distances and headings are within the limits below. The exceptions are a
-    motorway at 5 Hz, where the road moves too far between two frames, late stamps at 35 m/s, and
-    the night.
+    motorway at 5 Hz, where the road moves too far between two frames, and the night.
 
     Every drive is rendered once at 120 Hz, with the noise of a sensor (once that of a night with 6
     % of the light), and filmed in several ways: at lower rates, with repeated pictures (a film of
