@@ -32,11 +32,11 @@ class StampJitter:
 
         It is that of the intervals up to the period of the camera, and at least what this interval
         differs from a whole number of periods. A longer interval spans lost frames, or its frame
-        is late: then the exposures are one period apart, which is three deviations less. The
-        period is not known from the first intervals: they may all be off.
+        is late: then the exposures are one period apart, which is three deviations less. While the
+        period is not known, three deviations are the longest interval so far.
         """
         if len(self._intervals_ns) < TUNING.fewest_intervals:
-            return TUNING.first_deviation * max(interval_ns, *self._intervals_ns, 0)
+            return max(interval_ns, *self._intervals_ns, 0) / 3.0
         # A late stamp makes one interval too long by what the next one is too short.
         period = median_low((before + after) / 2 for before, after in pairwise(self._intervals_ns))
         early = np.array([period - each for each in self._intervals_ns if each <= period])

@@ -52,10 +52,7 @@ class FramesTuning:
     jitter_intervals: int = 15
     """Newest intervals from which the jitter of the stamps is estimated, ..."""
     fewest_intervals: int = 3
-    """...and the fewest from which it can be. Until then, ..."""
-    first_deviation: float = 1.0 / 3.0
-    """...the standard deviation of an interval is this share of the longest one so far: three
-    deviations reach to any lower speed."""
+    """...and the fewest from which it can be."""
     jump_ns: int = 1_000_000_000
     """A jump of the stamps of more than this is doubtful until the next stamp confirms it. Below
     it are swapped neighbours and the steps of a clock that NTP corrects; a gap in a recording is
