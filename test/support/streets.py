@@ -32,17 +32,17 @@ class Town:
             self.beside[b].add(a)
 
     def walk(self, count, *, seed=0):
-        """Return the nodes of a drive of so many streets that never turns back."""
-        return self.nodes[self.walked(count, seed=seed)]
+        """Return the corners of a drive of so many streets that never turns back, (N, 2)."""
+        return self.nodes[self.way(count, seed=seed)]
 
-    def walked(self, count, *, seed=0):
-        """Return the numbers of these nodes."""
+    def way(self, count, *, seed=0):
+        """Return the numbers of the nodes of this drive."""
         rng = np.random.default_rng(seed)
         way = [int(rng.integers(len(self.nodes)))]
         while len(way) <= count:
             ahead = sorted(self.beside[way[-1]] - set(way[-2:-1]))
             if not ahead:
-                return self.walked(count, seed=seed + 1000)
+                return self.way(count, seed=seed + 1000)
             way.append(int(rng.choice(ahead)))
         return way
 

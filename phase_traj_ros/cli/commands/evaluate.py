@@ -7,7 +7,12 @@ from pathlib import Path
 
 from phase_traj_ros.cli.options import add_force, Command
 from phase_traj_ros.io.outputs.outputs import output_directory
-from phase_traj_ros.tasks.evaluation.evaluate import evaluate, Evaluation, write_evaluation
+from phase_traj_ros.tasks.evaluation.evaluate import (
+    evaluate,
+    Evaluation,
+    PathErrors,
+    write_evaluation,
+)
 from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
 from phase_traj_ros.tasks.evaluation.picture import write_evaluation_picture
 from phase_traj_ros.tasks.evaluation.replayed_drive import read_replay
@@ -80,12 +85,11 @@ def _print(evaluation: Evaluation, replayed: int) -> None:
             ('path as written by the replay', shape.path)):
         if error is not None:
             print(f'{name}: error {error:.1%} of its size')
-    _print_odometry(evaluation)
+    _print_odometry(evaluation.path_errors)
 
 
-def _print_odometry(evaluation: Evaluation) -> None:
+def _print_odometry(errors: PathErrors) -> None:
     """Print the scores of the path as odometry, in the plane."""
-    errors = evaluation.path_errors
     distance, gained, turned = (
         errors.distance_error_percent, errors.t_rel_percent, errors.r_rel_deg_per_100m)
     if distance is not None:

@@ -10,6 +10,7 @@ from contextlib import contextmanager, ExitStack
 from pathlib import Path
 import statistics
 from tempfile import TemporaryDirectory
+from types import TracebackType
 from typing import Any, Final, TYPE_CHECKING
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
@@ -81,13 +82,16 @@ class BagSink(Watcher):
     def __enter__(self) -> BagSink:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *details: Any) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
         if kind is None:
             last_ns = self._estimator.last_stamp_ns or 0
             self._write_whole(self._schedule.take(last_ns, rest=True), last_ns)
             if self._diagnosed.pending:
                 self._write_diagnostics(last_ns)
-        self._bag.__exit__(kind, *details)
+        self._bag.__exit__(kind, error, traceback)
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
         """Start a bag; it replaces the one before."""

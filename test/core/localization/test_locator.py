@@ -207,7 +207,7 @@ def test_a_u_turn_on_the_road_is_followed(town):
 @pytest.mark.parametrize('number', [0, 2, 5, 6, 9])
 def test_backing_out_of_a_side_street_keeps_the_place(town, number):
     # 20 m into a street that is not on the way, and back round the corner.
-    way = town.walked(14, seed=number)
+    way = town.way(14, seed=number)
     at, side = next(
         (at, side) for at in range(8, 14)
         for side in sorted(town.beside[way[at]] - set(way[at - 1:at + 2])))
