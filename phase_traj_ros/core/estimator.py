@@ -235,6 +235,7 @@ class TrajectoryEstimator:
         """Restart with the next frame: no codes, no path, direction forward."""
         self._meter.reset()
         self._repeats = RepeatDetector()
+        self._jitter = StampJitter()
         self._integration.reset()
         self.last_stamp_ns = None
 

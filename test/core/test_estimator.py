@@ -87,6 +87,16 @@ def test_reset_starts_anew():
     assert (update.pair, update.step.direction) == (0, Direction.FORWARD)
 
 
+def test_a_reset_forgets_the_rate_of_the_stamps():
+    used, fresh = TrajectoryEstimator(), TrajectoryEstimator()
+    for number in range(20):
+        show(used, FRAME, number * STEP_NS // 6)
+    used.reset()
+    for estimator in (used, fresh):
+        show(estimator, FRAME, 0)
+    assert used._interval_deviation(STEP_NS) == fresh._interval_deviation(STEP_NS)
+
+
 def test_another_size_keeps_the_direction_and_ends_the_turn():
     estimator = TrajectoryEstimator()
     feed(estimator, [FRAME, FRAME, TURNED])

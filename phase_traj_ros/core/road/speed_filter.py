@@ -81,27 +81,35 @@ class SpeedFilter:
         ``reverses`` is whether the blocks show that the vehicle moves backwards.
         """
         least = -TUNING.max_speed if reverses else -TUNING.max_unseen_reverse_speed
-        if self.lost:
-            return least, 0.0 if reverses else TUNING.max_speed
-        gate = TUNING.gate * math.hypot(self.observed_deviation, deviation)
         # A pair whose interval is too short seems to be faster.
         most = TUNING.max_speed * (1.0 + self._interval_error)
+        if self.lost:
+            return least, 0.0 if reverses else most
+        gate = TUNING.gate * math.hypot(self.observed_deviation, deviation)
         return max(self.speed - gate, least), min(self.speed + gate, most)
 
     def add(self, speed: float, variance: float) -> None:
         """Add a measured speed."""
-        if not self.known:
-            # With a short interval, the noise of a peak may be a speed beyond all bounds.
-            self.speed = min(max(speed, -TUNING.max_speed), TUNING.max_speed)
-            self.deviation = math.hypot(math.sqrt(variance), self._interval_error * self.speed)
-            self.known = True
-            self._unconfirmed = 0.0
-            return
-        self._unconfirmed = None
-        variance += (self._interval_error * self.speed) ** 2
-        gain = self.deviation ** 2 / (self.deviation ** 2 + variance)
-        self.speed += gain * (speed - self.speed)
-        self.deviation *= math.sqrt(1.0 - gain)
+        apart = abs(speed - self.speed)
+        deviation = math.sqrt(variance)
+        if self._unconfirmed is not None and apart > TUNING.gate * math.hypot(
+                self.deviation, deviation):
+            # The interval of the first speed was wrong, or that of this one.
+            self._begin(speed, max(apart, self.deviation))
+        elif not self.known:
+            self._begin(speed, math.hypot(deviation, self._interval_error * speed))
+        else:
+            self._unconfirmed = None
+            variance += (self._interval_error * self.speed) ** 2
+            gain = self.deviation ** 2 / (self.deviation ** 2 + variance)
+            self.speed += gain * (speed - self.speed)
+            self.deviation *= math.sqrt(1.0 - gain)
+
+    def _begin(self, speed: float, deviation: float) -> None:
+        """Set a speed that the next one has to confirm."""
+        # With a short interval, the noise of a peak may be a speed beyond all bounds.
+        self.speed = min(max(speed, -TUNING.max_speed), TUNING.max_speed)
+        self.deviation, self.known, self._unconfirmed = deviation, True, 0.0
 
     def stand(self, interval: float) -> Travel:
         """Set the speed to 0; return the distance of a standing pair."""

@@ -55,6 +55,26 @@ def test_jitter_of_the_stamps_is_no_change_of_the_speed():
     assert np.std(errors[20:]) < 0.7
 
 
+def test_a_first_speed_over_a_wrong_interval_is_replaced_by_the_second():
+    speed_filter = SpeedFilter()
+    # The first of the stamps was 0.4 s early.
+    for interval, deviation in ((0.433, 0.144), (0.033, 0.144), (0.033, 0.144)):
+        speed_filter.predict(interval, interval_deviation=deviation)
+        low, high = speed_filter.bounds(0.1)
+        assert low < 5.5 < high
+        speed_filter.add(5.5 * 0.033 / interval, 0.1 ** 2)
+    speed_filter.predict(0.033)
+    low, high = speed_filter.bounds(0.1)
+    assert low < 5.5 < high
+    assert speed_filter.speed == pytest.approx(5.5)
+
+
+def test_a_lost_speed_may_exceed_the_largest_one_over_a_short_interval():
+    speed_filter = SpeedFilter()
+    speed_filter.predict(0.02, interval_deviation=0.04)
+    assert speed_filter.bounds(0.0)[1] == pytest.approx(3.0 * SpeedFilter().bounds(0.0)[1])
+
+
 def test_after_long_anything_may_be():
     speed_filter = SpeedFilter()
     speed_filter.add(10.0, 0.01)
