@@ -20,6 +20,8 @@ PIECE_M = 5.0
 # Nodes closer to the previous one are left out, unless ways meet there: each adds a piece, and
 # with it computing time.
 _SHORTEST_M = 1.0
+# Nodes of a way that are closer are one place, with all ways that meet at either.
+_ONE_PLACE_M = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +89,10 @@ class RoadMap:
             raise ValueError(f'a way names a node that is not among the {len(positions)}')
         if not np.isfinite(positions[every]).all():
             raise ValueError('a position is not finite: give metres')
-        shared = np.bincount(every, minlength=len(positions)) > 1
+        place = _places(positions, listed)
+        listed = [_without_repeats(place[way]) for way in listed]
+        shared = np.bincount(
+            np.concatenate([every[:0], *listed]), minlength=len(positions)) > 1
         thinned = [_thinned(positions, way, shared) for way in listed]
         edges = [np.stack([way[:-1], way[1:]]) for way in thinned]
         tails, heads = np.concatenate([np.empty((2, 0), np.int64), *edges], axis=1)
@@ -163,6 +168,25 @@ def parts_of(counts: Ints) -> tuple[Ints, Ints]:
     """
     owner = np.repeat(np.arange(len(counts)), counts)
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
+def _places(positions: Floats, ways: Sequence[Ints]) -> Ints:
+    """Return the place of each node, (M,): the first of the nodes of ways that are one place."""
+    tails, heads = np.concatenate(
+        [np.empty((2, 0), np.int64), *(np.stack([way[:-1], way[1:]]) for way in ways)], axis=1)
+    near = np.hypot(*(positions[heads] - positions[tails]).T) < _ONE_PLACE_M
+    tails, heads = tails[near], heads[near]
+    place = np.arange(len(positions))
+    while (place[tails] != place[heads]).any():
+        first = np.minimum(place[tails], place[heads])
+        np.minimum.at(place, tails, first)
+        np.minimum.at(place, heads, first)
+    return place
+
+
+def _without_repeats(way: Ints) -> Ints:
+    """Return a way without nodes that equal the previous one."""
+    return way[np.concatenate([[True], way[1:] != way[:-1]])] if len(way) else way
 
 
 def _thinned(positions: Floats, way: Ints, shared: Flags) -> Ints:

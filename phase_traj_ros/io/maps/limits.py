@@ -10,8 +10,9 @@ from phase_traj_ros.errors import MapError
 
 # The locator keeps all roads in memory, and searches all of them.
 _MOST_ROAD_M: Final = 10_000e3
-# A populated region of this size has more road than that. Degrees of latitude.
+# A populated region of this size has more road than that. Degrees of latitude, and metres.
 _MOST_DEGREES: Final = 3.0
+_FARTHEST_APART_M: Final = 333e3
 # A city has fewer than 10 million nodes, a country 50 million or more.
 _MOST_NODES: Final = 30_000_000
 BYTES_PER_NODE: Final = 8
@@ -24,6 +25,14 @@ def check_box(path: Path, south: float, west: float, north: float, east: float) 
     if max(north - south, narrowed * (east - west)) > _MOST_DEGREES:
         raise MapError(_too_large(
             path, f'covers {north - south:.1f} by {east - west:.1f} degrees'))
+
+
+def check_extent(path: Path, east: float, north: float) -> None:
+    """Raise MapError if the roads of a map cover too much, in metres."""
+    # Not a number, if a node is on the other side of the earth.
+    if not max(east, north) <= _FARTHEST_APART_M:
+        raise MapError(_too_large(
+            path, f'has roads that are more than {_FARTHEST_APART_M / 1e3:.0f} km apart'))
 
 
 def check_nodes(path: Path, count: int) -> None:

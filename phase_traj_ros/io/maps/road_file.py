@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.localization.roads import RoadMap
 from phase_traj_ros.errors import MapError
-from phase_traj_ros.io.maps.limits import check_length
+from phase_traj_ros.io.maps.limits import check_extent, check_length
 from phase_traj_ros.io.maps.osm_pbf import read_pbf
 from phase_traj_ros.io.maps.osm_xml import read_xml
 from phase_traj_ros.io.maps.projection import LocalProjection
@@ -25,6 +25,8 @@ _PBF: Final = ('.osm.pbf', '.pbf')
 
 # At this distance from the origin, the plane shrinks lengths by 0.1 per thousand. Metres.
 _FARTHEST: Final = 100e3
+# Less than this is no road. Metres.
+_LEAST_ROAD: Final = 1.0
 
 ATTRIBUTION: Final = '© OpenStreetMap contributors, openstreetmap.org/copyright'
 """The attribution that the licence of the data requires."""
@@ -108,10 +110,7 @@ def read_roads(
         raise MapError(f'{path} cannot be read: {error.strerror or error}') from None
     parts = [part for way in ways for part in _parts(way)]
     if not parts:
-        missing, hint = (
-            ('roads that a car may drive', ', or take paths as well (--roads all, map_roads: all)')
-            if roads is Roads.CAR else ('roads or paths', ''))
-        raise MapError(f'{path} has no {missing}: give an extract with the key highway{hint}')
+        raise _without_roads(path, roads)
     # Each node is projected once, so roads that share it meet exactly.
     _, first, of_point = np.unique(
         np.concatenate([part.nodes for part in parts]), return_index=True, return_inverse=True)
@@ -125,17 +124,32 @@ def read_roads(
         raise MapError(
             f'{path} is more than {_FARTHEST / 1e3:.0f} km from the datum {datum.latitude:g},'
             f'{datum.longitude:g}: give one on the map')
+    check_extent(path, *np.ptp(found.nodes, axis=0).tolist())
+    if found.length < _LEAST_ROAD:
+        raise _without_roads(path, roads)
     check_length(path, found.length)
     return found
 
 
+def _without_roads(path: Path, roads: Roads) -> MapError:
+    missing, hint = (
+        ('roads that a car may drive', ', or take paths as well (--roads all, map_roads: all)')
+        if roads is Roads.CAR else ('roads or paths', ''))
+    return MapError(f'{path} has no {missing}: give an extract with the key highway{hint}')
+
+
 def _parts(way: OsmWay) -> Iterator[OsmWay]:
-    """Yield the parts of a way between missing nodes, without repeated points."""
-    known: NDArray[np.bool_] = np.isfinite(way.degrees[:, 0])
+    """
+    Yield the parts of a way between nodes that are missing, without repeated nodes.
+
+    A node with a latitude or longitude that does not exist is missing, too.
+    """
+    latitude, longitude = np.abs(way.degrees).T
+    known: NDArray[np.bool_] = (latitude <= 90.0) & (longitude <= 180.0)
     cuts = np.flatnonzero(np.diff(known.astype(np.int8))) + 1
     for part in np.split(np.arange(len(known)), cuts):
         if len(part) and known[part[0]]:
-            again = (way.degrees[part[1:]] == way.degrees[part[:-1]]).all(axis=1)
+            again = way.nodes[part[1:]] == way.nodes[part[:-1]]
             part = part[np.concatenate([[True], ~again])]
             if len(part) > 1:
                 yield OsmWay(way.nodes[part], way.degrees[part], way.one_way)

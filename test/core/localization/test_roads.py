@@ -66,6 +66,23 @@ def test_tiny_edges_are_joined_but_junctions_stay():
     assert np.diff(roads.first).max() == 2
 
 
+def test_a_junction_at_a_node_that_repeats_its_neighbour_stays():
+    nodes = [(-20, 0), (0, 0), (0, 0), (5e-4, 0), (20, 0), (0, 30)]
+    whole = RoadMap.from_ways(nodes, [[0, 1, 4], [1, 5]])
+    for junction in (1, 2, 3):
+        roads = RoadMap.from_ways(nodes, [[0, 1, 2, 3, 4], [junction, 5]])
+        np.testing.assert_array_equal(roads.first, whole.first)
+        np.testing.assert_array_equal(roads.successors, whole.successors)
+
+
+def test_an_edge_of_micrometres_is_no_road():
+    # Each stride would go back and forth on it.
+    roads = RoadMap.from_ways([(0, 0), (20, 0), (50, 0), (50, 1e-5)], [[0, 1], [2, 3]])
+    assert roads.length.min() == 5.0
+    with pytest.raises(ValueError, match='no roads'):
+        RoadMap.from_ways([(50, 0), (50, 1e-5)], [[0, 1]])
+
+
 def test_the_distance_to_the_nearest_road():
     roads = RoadMap.from_polylines([[(0, 0), (100, 0)]])
     assert roads.distance_to(50.0, 3.0) == pytest.approx(3.0)

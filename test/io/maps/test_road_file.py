@@ -153,6 +153,23 @@ def test_nodes_outside_the_extract_split_a_road(written):
     assert [len(line) for line in found.lines] == [2, 2]
 
 
+@pytest.mark.parametrize('wrong', [(95.0, 8.4), (49.0, 200.0), (1e300, 8.4), ('nan', 8.4)])
+def test_a_node_on_no_place_of_the_earth_is_missing(written, wrong):
+    nodes = [(1, 49.0, 8.4), (2, 49.001, 8.4), (3, *wrong), (4, 49.002, 8.4), (5, 49.003, 8.4)]
+    found = read_roads(written(osm([([1, 2, 3, 4, 5], {'highway': 'primary'})], nodes=nodes)))
+
+    assert [len(line) for line in found.lines] == [2, 2]
+
+
+@pytest.mark.parametrize('far', [(0.0, 0.0), (-49.0, -171.6), (53.0, 8.4)])
+def test_a_road_to_another_country_is_refused(written, far):
+    nodes = [(1, 49.0, 8.4), (2, 49.001, 8.4), (3, *far)]
+    path = written(osm([([1, 2, 3], {'highway': 'primary'})], nodes=nodes))
+
+    with pytest.raises(MapError, match='more than 333 km apart'):
+        read_roads(path)
+
+
 def test_repeated_nodes_count_once(written):
     found = read_roads(written(osm([([1, 1, 2, 2, 3], {'highway': 'primary'})])))
 
@@ -162,6 +179,8 @@ def test_repeated_nodes_count_once(written):
 @pytest.mark.parametrize(('name', 'content', 'message'), [
     ('town.osm', osm([([1, 2], {'building': 'yes'})]).encode(), 'has no roads that a car may'),
     ('town.osm', osm([([8, 9], {'highway': 'primary'})]).encode(), 'has no roads'),
+    ('town.osm', osm([([1, 2], {'highway': 'primary'})],
+                     nodes=[(1, 49.0, 8.4), (2, 49.0, 8.4)]).encode(), 'has no roads'),
     ('town.osm', osm([([1, 2], {'highway': 'primary'})]).encode()[:-40], 'is truncated'),
     ('town.osm', b'<gpx></gpx>', 'it begins with <gpx>'),
     ('town.osm', b'', 'is truncated'),
