@@ -17,6 +17,7 @@ from phase_traj_ros.cli.commands import (
     replay,
 )
 from phase_traj_ros.cli.ending import EXIT_BAD_INPUT
+from phase_traj_ros.cli.escaping import escaped
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
 
 TASKS: tuple[tuple[str, tuple[ModuleType, ...]], ...] = (
@@ -33,7 +34,8 @@ class _Parser(ArgumentParser):
     """Reports a wrong call in one line, like all other errors."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(EXIT_BAD_INPUT, f'{self.prog}: error: {message}: see {self.prog} --help\n')
+        self.exit(
+            EXIT_BAD_INPUT, f'{self.prog}: error: {escaped(message)}: see {self.prog} --help\n')
 
 
 class _CommandParser(_Parser):
