@@ -70,16 +70,15 @@ class OdometryStep:
         """
         Return the step between two planar poses, each x, y and yaw in radians.
 
-        The distance is the length of the chord, negative if the chord points backwards. The other
-        arguments and the errors are those of the step.
+        The distance is that along the mean heading: the length of the chord of an arc, negative in
+        reverse. Noise across the heading would make the chord longer. The other arguments and the
+        errors are those of the step.
         """
         dx, dy = after[0] - before[0], after[1] - before[1]
         yaw = math.remainder(after[2] - before[2], math.tau)
         middle = before[2] + yaw / 2
-        forward = dx * math.cos(middle) + dy * math.sin(middle) >= 0.0
-        distance = math.hypot(dx, dy)
         return cls(
-            stamp_ns=stamp_ns, distance=distance if forward else -distance, yaw=yaw,
+            stamp_ns=stamp_ns, distance=dx * math.cos(middle) + dy * math.sin(middle), yaw=yaw,
             distance_variance=distance_variance, yaw_variance=yaw_variance)
 
 

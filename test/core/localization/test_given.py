@@ -19,6 +19,11 @@ def test_a_step_backwards_is_negative():
     assert OdometryStep.between((0, 0, 0), (-2, 0, 0), stamp_ns=0).distance == -2.0
 
 
+def test_noise_across_the_heading_is_not_driven():
+    assert OdometryStep.between((0, 0, 0), (0.1, 0.3, 0), stamp_ns=0).distance == 0.1
+    assert OdometryStep.between((0, 0, 0), (0.0, 0.3, 0), stamp_ns=0).distance == 0.0
+
+
 def test_yaw_takes_the_short_way_round():
     assert OdometryStep.between((0, 0, 3.1), (0, 0, -3.1), stamp_ns=0).yaw == pytest.approx(
         math.tau - 6.2)
