@@ -75,11 +75,12 @@ class MapLocator:
         log_mapped = math.log1p(-settings.null_share)
         self._per_piece = min(
             max(settings.most_at_start // len(roads), settings.per_piece), settings.most_per_piece)
+        self._most = max(settings.most_hypotheses, (self._per_piece + 1) * len(roads))
         self._hypotheses = (
             self._seeding.anywhere(self._reckoning, log_mapped, copies=self._per_piece)
             if prior is None else self._seeding.around(prior, self._reckoning, log_mapped))
         self._track = fixes.Track()
-        self._travelled = self._seeded_at = 0.0
+        self._seeded_at = 0.0
         self._past: deque[_Moment] = deque(maxlen=settings.u_turn_strides)
         self._found = self._places.best(self._hypotheses, self._log_total())
 
@@ -101,15 +102,17 @@ class MapLocator:
     @property
     def _newest(self) -> tuple[complex, float]:
         """Return the newest position, in the axes of the odometry, and the metres travelled."""
-        since = self._reckoning.since
-        return (
-            self._reckoning.position + since, self._travelled + abs(since) * self._scale.middle)
+        return self._reckoning.position + self._reckoning.since, self._travelled
+
+    @property
+    def _travelled(self) -> float:
+        """Return the metres travelled, forward and reverse."""
+        return self._reckoning.way * self._scale.middle
 
     def _follow(self, stride: Stride) -> None:
         """Update the filter and the claim by a stride."""
         settings, metres = self._settings, stride.distance * self._scale.middle
-        most = max(settings.most_hypotheses, (self._per_piece + 1) * len(self._roads))
-        self._travelled += metres
+        most = self._most
         hypotheses = self._motion.advance(self._hypotheses, stride, most)
         self._null.follow(stride, metres, weigh(hypotheses, stride, settings))
         self._hypotheses = self._with_u_turns(hypotheses, stride, most)
@@ -141,8 +144,8 @@ class MapLocator:
 
         Its distance does not tell on which road it ends: the vehicle may have backed into another.
         """
-        self._travelled += abs(stride.displacement) * self._scale.middle
         self._spread(self._settings.reversed_m, 0.0, stride.displacement)
+        self._find()
 
     def _reseed(self) -> None:
         """Seed the whole map from time to time while the vehicle is probably off the roads."""
@@ -286,7 +289,39 @@ class MapLocator:
                 f'the interruption is of {distance} m and {turn} rad: give numbers of 0 or more')
         self._gate.reset()
         self._track.reset()
-        self._spread(distance, turn, self._reckoning.since)
+        if distance > self._settings.moved_m:
+            self._spread(self._settings.moved_m, turn, self._reckoning.since)
+            self._add_anywhere(self._settings.moved_anywhere)
+        else:
+            self._continue(distance, turn)
+        self._scale_correction.interrupt(distance ** 2 / 3)
+        self._find()
+
+    def _continue(self, distance: float, turn: float) -> None:
+        """Move each hypothesis along its road by up to ``distance``, see ``interrupt``."""
+        settings = self._settings
+        most = int(settings.most_passed / (1.0 + distance / PIECE_M))
+        since = self._restart()
+        moved = self._motion.unobserved(
+            resampled(self._hypotheses, most, self._rng), since, distance, most)
+        if turn < settings.unknown_heading:
+            moved.rotation_variance = moved.rotation_variance + turn ** 2
+            self._null.variance += turn ** 2
+        else:
+            moved = self._seeding.facing(
+                moved.joined(self._motion.facing_back(moved)), self._reckoning)
+            self._null.variance = settings.start_heading ** 2
+        self._hypotheses = resampled(
+            merged(self._seeding.retraced(moved, self._reckoning), settings, self._rng),
+            self._most, self._rng)
+
+    def _restart(self) -> complex:
+        """Begin a new stride and trail; return the displacement since the last stride."""
+        since = self._reckoning.since
+        self._reckoning.restart()
+        self._past.clear()
+        self._departure.reset()
+        return since
 
     def _spread(self, distance: float, turn: float, since: complex) -> None:
         """
@@ -296,20 +331,19 @@ class MapLocator:
         its heading is off by ``turn`` radians, see ``interrupt``.
         """
         settings = self._settings
-        self._reckoning.restart()
-        self._past.clear()
-        self._departure.reset()
+        self._restart()
+        self._null.variance = settings.start_heading ** 2
         spread = self._seeding.spread(
-            resampled(self._hypotheses, settings.spread_from, self._rng),
-            (settings.moved_m if math.isinf(distance) else distance) + PIECE_M, turn, since,
-            self._reckoning)
+            resampled(self._hypotheses, settings.spread_from, self._rng), distance + PIECE_M, turn,
+            since, self._reckoning)
         if len(spread):
             self._hypotheses = resampled(
                 merged(spread, settings, self._rng), settings.most_hypotheses, self._rng)
-        if math.isinf(distance):
-            self._add_anywhere(settings.moved_anywhere)
+
+    def _find(self) -> None:
+        """Find the places after an interruption; drop the claim if the best one is improbable."""
         self._found = self._places.best(self._hypotheses, self._log_total())
-        if self._found[0].probability < settings.drop_below:
+        if self._found[0].probability < self._settings.drop_below:
             self._claim.drop()
 
     def _add_anywhere(self, share: float) -> None:

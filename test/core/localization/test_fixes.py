@@ -108,6 +108,20 @@ def test_a_fix_whose_stamp_the_odometry_does_not_know_is_refused(town, poses, ag
     assert locator.fix(PositionFix(x, y, 4.0, 4.0, stamp_ns=stamp_ns))
 
 
+def test_fixes_are_used_while_backing_and_after_it(town, poses):
+    locator = MapLocator(town.roads, prior=Prior(*poses[0, :2], 50.0))
+    there = poses[:400]
+    way = np.concatenate([there, there[-2:-102:-1], there[-102:], poses[400:430]])
+    used = []
+    for number, (step, pose) in enumerate(zip(steps_of(way, seed=3), way[1:])):
+        estimate = locator.update(step)
+        if number >= 380 and number % 10 == 0:
+            assert estimate.claimed
+            used.append(locator.fix(PositionFix(*pose[:2], 4.0, 4.0)))
+    # Not the one at the place where the vehicle turns round: it is less than 5 m after the last.
+    assert len(used) == 26 and used.count(False) <= 2
+
+
 def test_a_fix_from_before_a_gap_is_refused(town, poses):
     locator = MapLocator(town.roads, prior=Prior(*poses[0, :2], 50.0))
     steps = steps_of(poses[:101])

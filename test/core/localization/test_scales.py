@@ -76,3 +76,26 @@ def test_a_scale_that_is_known_needs_no_copies():
     correction, them = ScaleCorrection(exact, LocatorSettings()), some()
     assert turn(correction, them) == 1
     assert them.log_scale == pytest.approx(math.log(1.65))
+
+
+def test_after_an_interruption_the_first_turn_tells_nothing_either():
+    correction, them = ScaleCorrection(RANGE, LocatorSettings()), some()
+    correction.interrupt(4.0)
+    filtered(them, MIDDLE + 0.1, PRIOR / 100)
+    turn(correction, them)
+    assert them.log_scale == pytest.approx(MIDDLE)
+    assert them.scale_variance == pytest.approx(PRIOR)
+
+
+def test_an_unobserved_way_between_two_turns_tells_less_of_the_scale():
+    variances = []
+    for unobserved in (0.0, 10.0 ** 2, math.inf):
+        correction, them = ScaleCorrection(RANGE, LocatorSettings()), some()
+        turn(correction, them)
+        correction.interrupt(unobserved)
+        correction.follow(them, stride(0.0), 300.0)
+        filtered(them, MIDDLE + 0.1, PRIOR / 100)
+        turn(correction, them)
+        variances.append(float(them.scale_variance[0]))
+    assert variances[0] < variances[1] / 2
+    assert variances[2] == pytest.approx(PRIOR)

@@ -53,7 +53,8 @@ class NullHypothesis:
     def __init__(self, settings: LocatorSettings) -> None:
         """Start with the prior probability of the settings."""
         self._settings = settings
-        self._variance = settings.start_heading ** 2
+        self.variance = settings.start_heading ** 2
+        """Variance of its heading in square radians, as those of the hypotheses."""
         self._fit = self._averaged_m = 0.0
         self.log_weight = math.log(settings.null_share)
         """Natural logarithm of its weight."""
@@ -77,13 +78,13 @@ class NullHypothesis:
         settings = self._settings
         self._averaged_m = min(self._averaged_m + metres, settings.null_fit_m)
         self._fit += (fit - self._fit) * min(metres / self._averaged_m, 1.0)
-        self._variance += settings.heading_noise ** 2 * metres / 100.0 + stride.yaw_variance
+        self.variance += settings.heading_noise ** 2 * metres / 100.0 + stride.yaw_variance
         noise = settings.chord_error ** 2 + 2 * settings.bend_error ** 2 * stride.bend ** 2
         fitting = (1.0 - settings.outlier_share) * max(self._fit, settings.null_fit) / (
-            math.sqrt(2 * math.pi * (self._variance + noise)))
+            math.sqrt(2 * math.pi * (self.variance + noise)))
         turned = max(abs(stride.turned) - settings.null_straight, 0.0)
         log_fit = settings.tempering * math.log(fitting + settings.outlier_share / (2 * math.pi))
         self.add_log_likelihood(log_fit)
         self.turned += turned
         self.log_weight -= settings.null_turn * turned
-        self._variance *= 1.0 - self._variance / (self._variance + noise / settings.tempering)
+        self.variance *= 1.0 - self.variance / (self.variance + noise / settings.tempering)

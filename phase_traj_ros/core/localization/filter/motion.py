@@ -58,6 +58,8 @@ class MotionModel:
 
     def _along(self, hypotheses: Hypotheses, most: int) -> Hypotheses:
         """Return the hypotheses with offsets beyond their pieces carried on to all successors."""
+        if not len(hypotheses):
+            return hypotheses
         roads = self._roads
         arrived = []
         going = (
@@ -90,14 +92,39 @@ class MotionModel:
         ``moved`` is the displacement during the U-turn, in the axes and the unit of the odometry.
         The trail of the result is not valid.
         """
-        roads = self._roads
-        ahead = displaced(
+        back = replace(hypotheses, offset=hypotheses.offset + self._ahead(hypotheses, moved))
+        return self._along(self.facing_back(self._along(back, most)), most)
+
+    def unobserved(
+        self, hypotheses: Hypotheses, since: complex, farthest: float, most: int,
+    ) -> Hypotheses:
+        """
+        Return the hypotheses after an unobserved motion, forwards or backwards along their roads.
+
+        It was of up to ``farthest`` metres, all equally probable. ``since`` is the displacement
+        from the last stride to its start, in the axes and the unit of the odometry. The trail of
+        the result is not valid.
+        """
+        way = farthest * self._rng.uniform(-1.0, 1.0, len(hypotheses))
+        moved = replace(
+            hypotheses, offset=hypotheses.offset + self._ahead(hypotheses, since) + way)
+        behind = moved.offset < 0.0
+        ahead, back = (moved.take(np.flatnonzero(part)) for part in (~behind, behind))
+        return self._along(ahead, most).joined(
+            self.facing_back(self._along(self.facing_back(back), most)))
+
+    def _ahead(self, hypotheses: Hypotheses, moved: complex) -> Floats:
+        """Return a displacement of the odometry along the roads of the hypotheses, in metres."""
+        along: Floats = displaced(
             0.0, moved, hypotheses.log_scale,
-            hypotheses.rotation - roads.direction[hypotheses.piece]).real
-        back = self._along(replace(hypotheses, offset=hypotheses.offset + ahead), most)
-        back.offset = roads.length[back.piece] - back.offset
-        back.piece = roads.reverse[back.piece]
-        return self._along(back, most)
+            hypotheses.rotation - self._roads.direction[hypotheses.piece]).real
+        return along
+
+    def facing_back(self, hypotheses: Hypotheses) -> Hypotheses:
+        """Return the hypotheses at the same places in the opposite direction of their roads."""
+        roads, piece = self._roads, hypotheses.piece
+        return replace(
+            hypotheses, piece=roads.reverse[piece], offset=roads.length[piece] - hypotheses.offset)
 
 
 def _stratified(count: int, rng: np.random.Generator) -> Floats:

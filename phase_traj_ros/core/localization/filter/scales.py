@@ -25,7 +25,12 @@ class ScaleCorrection:
         """Start with the prior ``scale``, before the first turn."""
         self._middle, self._variance = math.log(scale.middle), scale.log_deviation ** 2
         self._settings = settings
-        self._turned = self._since = 0.0
+        self._turned = self._since = self._unobserved = 0.0
+
+    def interrupt(self, variance: float) -> None:
+        """Take an unobserved motion, with the variance of its distance in square metres."""
+        self._turned = 0.0
+        self._unobserved += variance
 
     def follow(self, hypotheses: Hypotheses, stride: Stride, metres: float) -> int:
         """
@@ -43,8 +48,8 @@ class ScaleCorrection:
         if turned < settings.least_turn:
             return 1
         noise = settings.position_noise_m ** 2 * self._since / 100.0
-        share = noise / (noise + settings.turn_m ** 2)
-        self._since = 0.0
+        share = noise / (noise + settings.turn_m ** 2 + self._unobserved)
+        self._since = self._unobserved = 0.0
         first = np.isinf(hypotheses.known_variance)
         gained = np.maximum(1.0 / hypotheses.scale_variance - 1.0 / hypotheses.known_variance, 0.0)
         known = np.where(first, self._variance, hypotheses.known_variance)

@@ -95,7 +95,7 @@ class Seeding:
                     self._rng.standard_normal(len(near)))
             new.log_scale[:] = hypotheses.log_scale[number]
             new.scale_variance[:] = hypotheses.scale_variance[number]
-            new.known_variance[:] = new.scale_variance
+            new.known_variance[:] = hypotheses.known_variance[number]
             found.append(self.retraced(new, reckoning))
         return found[0].joined(*found[1:])
 
@@ -111,6 +111,13 @@ class Seeding:
             np.empty((0, count), np.complex128), self._log_chance[piece])
         hypotheses.log_weight += log_total - hypotheses.log_total
         return self.retraced(hypotheses, reckoning)
+
+    def facing(self, hypotheses: Hypotheses, reckoning: DeadReckoning) -> Hypotheses:
+        """Set the rotations to those of vehicles that face along their roads; return the same."""
+        hypotheses.rotation = self._roads.direction[hypotheses.piece] - reckoning.heading
+        hypotheses.rotation_variance = np.full(
+            len(hypotheses), self._settings.start_heading ** 2)
+        return hypotheses
 
     def retraced(self, hypotheses: Hypotheses, reckoning: DeadReckoning) -> Hypotheses:
         """Set the trails to that of the dead reckoning up to each position; return the same."""

@@ -63,9 +63,17 @@ class DeadReckoning:
         """Position at the end of the last stride, in the axes and the unit of the odometry."""
         self.since = 0j
         """Displacement since the last stride."""
+        self._way = 0.0
+        # The position up to which the way is summed.
+        self._summed = 0j
         self.trail: Complexes
         """Ends of the last strides relative to the newest one, oldest first, (strides + 1,)."""
         self.restart()
+
+    @property
+    def way(self) -> float:
+        """Return the length of the path, forward and reverse, in the unit of the odometry."""
+        return self._way + abs(self.position + self.since - self._summed)
 
     def restart(self) -> None:
         """Replace the trail by a straight line, and begin a new stride at the current pose."""
@@ -84,6 +92,9 @@ class DeadReckoning:
         """Integrate the next step; return the stride that it completes, None if it does not."""
         self.since += cmath.rect(step.distance, self.heading + step.yaw / 2)
         self.heading += step.yaw
+        # In parts of a metre: the noise of a standing vehicle is not a way.
+        if abs(self.position + self.since - self._summed) >= self._stride / 5:
+            self._way, self._summed = self.way, self.position + self.since
         self._distance += step.distance
         # The sum of the negative steps would grow with the noise of a standing vehicle.
         self._farthest = max(self._farthest, self._distance)
