@@ -305,11 +305,12 @@ class MapLocator:
         moved = self._motion.unobserved(
             resampled(self._hypotheses, most, self._rng), since, distance, most)
         if turn < settings.unknown_heading:
-            moved.rotation_variance = moved.rotation_variance + turn ** 2
+            self._seeding.turn(moved, turn, self._reckoning)
             self._null.variance += turn ** 2
         else:
             moved = self._seeding.facing(
                 moved.joined(self._motion.facing_back(moved)), self._reckoning)
+            moved.log_weight = moved.log_weight - math.log(2.0)
             self._null.variance = settings.start_heading ** 2
         self._hypotheses = resampled(
             merged(self._seeding.retraced(moved, self._reckoning), settings, self._rng),
@@ -341,9 +342,9 @@ class MapLocator:
                 merged(spread, settings, self._rng), settings.most_hypotheses, self._rng)
 
     def _find(self) -> None:
-        """Find the places after an interruption; drop the claim if the best one is improbable."""
+        """Find the places after an interruption; a place that is no longer sure is not claimed."""
         self._found = self._places.best(self._hypotheses, self._log_total())
-        if self._found[0].probability < self._settings.drop_below:
+        if self._found[0].probability < self._settings.claim_above:
             self._claim.drop()
 
     def _add_anywhere(self, share: float) -> None:

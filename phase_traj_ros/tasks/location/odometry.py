@@ -247,17 +247,18 @@ def _read_trajectory(path: Path) -> DriveOdometry:
             f'{path} has poses that do not face where they move: give the orientations of the'
             ' vehicle, with the x axis forward')
     poses = np.column_stack([truth.positions, truth.headings]).tolist()
+    apart = np.hypot(*np.diff(truth.positions, axis=0).T).tolist()
     motions = tuple(
-        (_motion(OdometryStep.between(*around, stamp_ns=stamp), (stamp - before) * 1e-9),)
-        for *around, before, stamp in zip(poses, poses[1:], stamps, stamps[1:]))
+        (_motion(OdometryStep.between(*around, stamp_ns=stamp), way, (stamp - before) * 1e-9),)
+        for *around, way, before, stamp in zip(poses, poses[1:], apart, stamps, stamps[1:]))
     return DriveOdometry(str(path), tuple(stamps), motions, IN_METRES)
 
 
-def _motion(step: OdometryStep, seconds: float) -> Motion:
+def _motion(step: OdometryStep, apart: float, seconds: float) -> Motion:
     """Return the motion between two poses; an interruption if poses in between are missing."""
-    if abs(step.distance) <= _LONGEST:
+    if apart <= _LONGEST:
         return step
-    return Interruption.lasting(seconds, distance=abs(step.distance), turn=abs(step.yaw))
+    return Interruption.lasting(seconds, distance=apart, turn=abs(step.yaw))
 
 
 def _faces_forward(positions: NDArray[np.float64], headings: NDArray[np.float64]) -> bool:

@@ -325,6 +325,20 @@ def test_lost_frames_do_not_keep_a_drive_from_being_located(town, poses, every):
     assert errors(found, poses)[start:].max() < 25.0
 
 
+@pytest.mark.parametrize('seed', range(3))
+def test_a_corner_in_a_gap_claims_no_wrong_place(town, seed):
+    poses = drive(town.walk(12, seed=seed))
+    turned = np.abs(poses[20:, 2] - poses[:-20, 2]) > 1.2
+    gap = int(np.flatnonzero(turned & (np.arange(len(turned)) > len(poses) // 2))[0])
+    locator, steps = MapLocator(town.roads, prior=Prior(*poses[0, :2], 50.0)), steps_of(poses)
+    assert follow(locator, steps[:gap])[-1].claimed
+    locator.interrupt(47.0, turn=0.95)
+    after = follow(locator, steps[gap + 20:])
+    off = errors(after, poses[gap + 20:])
+    assert not claimed(after)[off > 30.0].any()
+    assert off[-1] < 10.0
+
+
 def test_a_long_gap_of_a_lost_vehicle_keeps_the_true_place(town, poses):
     locator, steps = MapLocator(town.roads), steps_of(poses, seed=1)
     for step in steps[:200]:

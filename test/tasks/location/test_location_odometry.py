@@ -312,3 +312,13 @@ def test_a_file_without_a_drive_says_so(tmp_path, content, message):
     (tmp_path / 'links.txt').write_text(content)
     with pytest.raises(SourceError, match=message):
         read_odometry(tmp_path / 'links.txt')
+
+
+def test_a_u_turn_between_missing_poses_is_an_interruption(tmp_path):
+    out = np.column_stack([np.arange(0.0, 1001.0, 50.0), np.zeros((21, 2))])
+    back = np.column_stack([out[::-1, 0] + 200.0, np.full(21, 10.0), np.full(21, math.pi)])
+    drive = read_odometry(write_tum(np.concatenate([out, back]), tmp_path / 'back.tum'))
+    # Across the mean heading, nothing is driven along it.
+    [missing] = drive.motions[20]
+    assert isinstance(missing, Interruption) and missing.distance >= 200.0
+    assert len(drive.steps) == 40

@@ -5,7 +5,7 @@
 import math
 
 import numpy as np
-from phase_traj_ros.core.localization.filter.hypotheses import displaced, Hypotheses
+from phase_traj_ros.core.localization.filter.hypotheses import displaced, Hypotheses, wrapped
 from phase_traj_ros.core.localization.filter.strides import DeadReckoning
 from phase_traj_ros.core.localization.given import Prior, ScaleRange
 from phase_traj_ros.core.localization.roads import Ints, RoadMap
@@ -111,6 +111,27 @@ class Seeding:
             np.empty((0, count), np.complex128), self._log_chance[piece])
         hypotheses.log_weight += log_total - hypotheses.log_total
         return self.retraced(hypotheses, reckoning)
+
+    def turn(
+        self, hypotheses: Hypotheses, turn: float, reckoning: DeadReckoning,
+    ) -> None:
+        """
+        Turn the hypotheses to the directions of their roads, in place, after an unobserved turn.
+
+        Its standard deviation is ``turn`` radians. The direction of the road is one measurement of
+        the heading, also for the weights; their sum stays.
+        """
+        settings, total = self._settings, hypotheses.log_total
+        off = wrapped(
+            self._roads.direction[hypotheses.piece] - reckoning.heading - hypotheses.rotation)
+        unsure = hypotheses.rotation_variance + turn ** 2
+        variance = unsure + settings.start_heading ** 2
+        gain = unsure / variance
+        hypotheses.rotation = hypotheses.rotation + gain * off
+        hypotheses.rotation_variance = unsure * (1.0 - gain)
+        hypotheses.log_weight = hypotheses.log_weight - (
+            settings.tempering * off ** 2 / (2 * variance))
+        hypotheses.log_weight += total - hypotheses.log_total
 
     def facing(self, hypotheses: Hypotheses, reckoning: DeadReckoning) -> Hypotheses:
         """Set the rotations to those of vehicles that face along their roads; return the same."""
