@@ -25,7 +25,7 @@ _PBF: Final = ('.osm.pbf', '.pbf')
 
 # At this distance from the origin, the plane shrinks lengths by 0.1 per thousand. Metres.
 _FARTHEST: Final = 100e3
-# Less than this is no road. Metres.
+# A map with less road than this, in metres, has none.
 _LEAST_ROAD: Final = 1.0
 
 ATTRIBUTION: Final = '© OpenStreetMap contributors, openstreetmap.org/copyright'
