@@ -32,8 +32,8 @@ class Claim:
 
     def prove(self) -> None:
         """Claim the leading place, if any: an independent measurement has confirmed it."""
-        self._on_map = True
-        self.held = self.leads
+        if self.leads:
+            self._on_map = self.held = True
 
     def follow(self, place: Place, metres: float, *, turned: float) -> None:
         """

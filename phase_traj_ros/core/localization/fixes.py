@@ -162,10 +162,15 @@ class FixGate:
     def __init__(self, settings: LocatorSettings) -> None:
         """Make a gate that has seen no fix."""
         self._settings = settings
-        self.reset()
+        self.reset(anywhere=True)
 
-    def reset(self) -> None:
-        """Forget all fixes: the odometry was interrupted."""
+    def reset(self, *, anywhere: bool) -> None:
+        """
+        Forget all fixes: the odometry was interrupted.
+
+        If the vehicle may be ``anywhere`` after it, the first fix overrides the estimate.
+        """
+        self._anywhere = anywhere
         # Each with the metres travelled up to it.
         self._last: tuple[PositionFix, float] | None = None
         self._doubted: tuple[PositionFix, float] | None = None
@@ -215,7 +220,7 @@ class FixGate:
             if self._doubts < settings.fixes_to_convince:
                 return GateDecision.REJECT
         self._last, self._doubted, self._doubts = (fix, travelled), None, 0
-        first = last is None and expected is None
+        first = self._anywhere and last is None and expected is None
         return GateDecision.RESTART if first or not fits else GateDecision.WEIGH
 
     def _is_frozen(self, fix: PositionFix, travelled: float) -> bool:

@@ -10,6 +10,8 @@ counter-clockwise from the east.
 from dataclasses import dataclass
 import math
 
+import numpy as np
+
 # Largest variance of a fix in square metres: a standard deviation of 1000 km.
 _MOST_VARIANCE = 1e12
 # Standard deviation of the logarithm of a scale that is given exactly.
@@ -61,6 +63,16 @@ class OdometryStep:
                 ' give finite numbers, or report the interruption')
         if min(variances) < 0.0:
             raise ValueError(f'the variances are {variances}: give 0 or more')
+
+    def parts(self, count: int) -> list['OdometryStep']:
+        """Return the step in equal parts that follow its arc, at least one."""
+        # The chord of an arc is proportional to the sine of half its angle.
+        whole, part = (float(np.sinc(self.yaw / n / math.tau)) for n in (1, count))
+        share = part / whole if abs(self.yaw) <= math.pi else 1.0
+        return count * [OdometryStep(
+            stamp_ns=self.stamp_ns, distance=share * self.distance / count, yaw=self.yaw / count,
+            distance_variance=self.distance_variance / count,
+            yaw_variance=self.yaw_variance / count, scale_variance=self.scale_variance / count)]
 
     @classmethod
     def between(

@@ -90,8 +90,10 @@ class MapLocator:
 
         The filter is updated every 5 m. The steps in between displace its last result.
         """
-        stride = self._reckoning.add(step)
-        if stride is not None:
+        for part in step.parts(max(math.ceil(abs(step.distance) / self._reckoning.stride), 1)):
+            stride = self._reckoning.add(part)
+            if stride is None:
+                continue
             if self._claim.leads and stride.in_reverse > stride.distance:
                 self._follow_reversal(stride)
             else:
@@ -112,13 +114,12 @@ class MapLocator:
     def _follow(self, stride: Stride) -> None:
         """Update the filter and the claim by a stride."""
         settings, metres = self._settings, stride.distance * self._scale.middle
-        most = self._most
-        hypotheses = self._motion.advance(self._hypotheses, stride, most)
+        hypotheses = self._motion.advance(self._hypotheses, stride, self._most)
         self._null.follow(stride, metres, weigh(hypotheses, stride, settings))
-        self._hypotheses = self._with_u_turns(hypotheses, stride, most)
+        self._hypotheses = self._with_u_turns(hypotheses, stride)
         self._reseed()
         hypotheses = merged(pruned(self._hypotheses, settings), settings, self._rng)
-        hypotheses = resampled(hypotheses, most, self._rng)
+        hypotheses = resampled(hypotheses, self._most, self._rng)
         copies = self._scale_correction.follow(hypotheses, stride, metres)
         fewest = settings.fewest_hypotheses if self._claim.leads else min(
             settings.fewest_searching, self._per_piece * len(self._roads))
@@ -145,7 +146,9 @@ class MapLocator:
         Its distance does not tell on which road it ends: the vehicle may have backed into another.
         """
         self._spread(self._settings.reversed_m, 0.0, stride.displacement)
-        self._find()
+        self._found = self._places.best(self._hypotheses, self._log_total())
+        if self._found[0].probability < self._settings.drop_below:
+            self._claim.drop()
 
     def _reseed(self) -> None:
         """Seed the whole map from time to time while the vehicle is probably off the roads."""
@@ -158,7 +161,7 @@ class MapLocator:
                 self._seeding.anywhere(self._reckoning, returning))
             null.log_weight += math.log1p(-settings.return_anywhere)
 
-    def _with_u_turns(self, hypotheses: Hypotheses, stride: Stride, most: int) -> Hypotheses:
+    def _with_u_turns(self, hypotheses: Hypotheses, stride: Stride) -> Hypotheses:
         """Return the hypotheses; after a U-turn, also those that turned back on their road."""
         settings, reckoning = self._settings, self._reckoning
         before = self._past[0] if len(self._past) == self._past.maxlen else None
@@ -172,7 +175,7 @@ class MapLocator:
             return hypotheses
         self._past.clear()
         back = self._motion.turned_back(
-            before.hypotheses, reckoning.position - before.position, most)
+            before.hypotheses, reckoning.position - before.position, self._most)
         back.log_weight = back.log_weight + (
             math.log(settings.turn_back) + self._null.log_fit - before.log_fit)
         return hypotheses.joined(self._seeding.retraced(back, reckoning))
@@ -287,15 +290,17 @@ class MapLocator:
         if not (distance >= 0.0 and turn >= 0.0):
             raise ValueError(
                 f'the interruption is of {distance} m and {turn} rad: give numbers of 0 or more')
-        self._gate.reset()
+        self._gate.reset(anywhere=distance > self._settings.moved_m)
         self._track.reset()
         if distance > self._settings.moved_m:
             self._spread(self._settings.moved_m, turn, self._reckoning.since)
             self._add_anywhere(self._settings.moved_anywhere)
         else:
             self._continue(distance, turn)
-        self._scale_correction.interrupt(distance ** 2 / 3)
-        self._find()
+        self._scale_correction.interrupt(distance * distance / 3)
+        self._found = self._places.best(self._hypotheses, self._log_total())
+        if self._found[0].probability < self._settings.claim_above:
+            self._claim.drop()
 
     def _continue(self, distance: float, turn: float) -> None:
         """Move each hypothesis along its road by up to ``distance``, see ``interrupt``."""
@@ -305,7 +310,7 @@ class MapLocator:
         moved = self._motion.unobserved(
             resampled(self._hypotheses, most, self._rng), since, distance, most)
         if turn < settings.unknown_heading:
-            self._seeding.turn(moved, turn, self._reckoning)
+            moved = self._seeding.aligned(moved, turn, self._reckoning)
             self._null.variance += turn ** 2
         else:
             moved = self._seeding.facing(
@@ -340,12 +345,6 @@ class MapLocator:
         if len(spread):
             self._hypotheses = resampled(
                 merged(spread, settings, self._rng), settings.most_hypotheses, self._rng)
-
-    def _find(self) -> None:
-        """Find the places after an interruption; a place that is no longer sure is not claimed."""
-        self._found = self._places.best(self._hypotheses, self._log_total())
-        if self._found[0].probability < self._settings.claim_above:
-            self._claim.drop()
 
     def _add_anywhere(self, share: float) -> None:
         """Give a share of the total weight to hypotheses on the whole map, as at the start."""

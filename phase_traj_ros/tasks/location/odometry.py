@@ -37,6 +37,9 @@ _MESSAGE: Final = re.compile(r"""^[ \t]*(?:data:[ \t]*)?['"]?(step [^'"\r\n]*)""
 _UNITS: Final = (LengthUnit.METRE.value, LengthUnit.CAMERA_HEIGHT.value)
 # Longer links do not tell streets apart, and poses that are farther apart do not show a way.
 _LONGEST: Final = 100.0
+# Poses that are farther apart than a vehicle drives, in metres per second, are not one way: the
+# second one has been corrected.
+_FASTEST: Final = 70.0
 # More links would need too much memory.
 _MOST: Final = 200_000
 # Noise of positions hides the direction of the motion between closer poses. Metres.
@@ -255,8 +258,8 @@ def _read_trajectory(path: Path) -> DriveOdometry:
 
 
 def _motion(step: OdometryStep, apart: float, seconds: float) -> Motion:
-    """Return the motion between two poses; an interruption if poses in between are missing."""
-    if apart <= _LONGEST:
+    """Return the motion between two poses; an interruption if they do not show the way driven."""
+    if apart <= min(_LONGEST, _FASTEST * seconds + _CLEARLY_APART):
         return step
     return Interruption.lasting(seconds, distance=apart, turn=abs(step.yaw))
 

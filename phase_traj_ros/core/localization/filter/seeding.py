@@ -112,14 +112,14 @@ class Seeding:
         hypotheses.log_weight += log_total - hypotheses.log_total
         return self.retraced(hypotheses, reckoning)
 
-    def turn(
+    def aligned(
         self, hypotheses: Hypotheses, turn: float, reckoning: DeadReckoning,
-    ) -> None:
+    ) -> Hypotheses:
         """
-        Turn the hypotheses to the directions of their roads, in place, after an unobserved turn.
+        Turn hypotheses towards their roads after an unobserved turn; return the same.
 
-        Its standard deviation is ``turn`` radians. The direction of the road is one measurement of
-        the heading, also for the weights; their sum stays.
+        The standard deviation of the turn is ``turn`` radians. The direction of the road is one
+        measurement of the heading, also for the weights; their sum stays.
         """
         settings, total = self._settings, hypotheses.log_total
         off = wrapped(
@@ -132,6 +132,7 @@ class Seeding:
         hypotheses.log_weight = hypotheses.log_weight - (
             settings.tempering * off ** 2 / (2 * variance))
         hypotheses.log_weight += total - hypotheses.log_total
+        return hypotheses
 
     def facing(self, hypotheses: Hypotheses, reckoning: DeadReckoning) -> Hypotheses:
         """Set the rotations to those of vehicles that face along their roads; return the same."""

@@ -55,7 +55,8 @@ class DeadReckoning:
         ``stride`` is the length of a stride in the unit of the odometry, ``strides`` the number
         of strides per chord.
         """
-        self._stride = stride
+        self.stride = stride
+        """Length of a stride in the unit of the odometry."""
         self._strides = strides
         self.heading = 0.0
         """Heading in radians since the start, not wrapped."""
@@ -78,7 +79,7 @@ class DeadReckoning:
     def restart(self) -> None:
         """Replace the trail by a straight line, and begin a new stride at the current pose."""
         self.position += self.since
-        along = np.complex128(cmath.rect(self._stride, self.heading))
+        along = np.complex128(cmath.rect(self.stride, self.heading))
         self.trail = along * np.arange(-self._strides, 1)
         self._chord = self.heading
         self._begin_stride()
@@ -93,7 +94,7 @@ class DeadReckoning:
         self.since += cmath.rect(step.distance, self.heading + step.yaw / 2)
         self.heading += step.yaw
         # In parts of a metre: the noise of a standing vehicle is not a way.
-        if abs(self.position + self.since - self._summed) >= self._stride / 5:
+        if abs(self.position + self.since - self._summed) >= self.stride / 5:
             self._way, self._summed = self.way, self.position + self.since
         self._distance += step.distance
         # The sum of the negative steps would grow with the noise of a standing vehicle.
@@ -102,7 +103,7 @@ class DeadReckoning:
         self._distance_variance += step.distance_variance
         self._yaw_variance += step.yaw_variance
         self._scale_variance += step.scale_variance
-        if self._distance < self._stride:
+        if self._distance < self.stride:
             return None
         self.position += self.since
         self.trail = np.append(self.trail[1:], self.since) - self.since
