@@ -145,7 +145,8 @@ class MapLocator:
 
         Its distance does not tell on which road it ends: the vehicle may have backed into another.
         """
-        self._spread(self._settings.reversed_m, 0.0, stride.displacement)
+        self._restart()
+        self._replace(self._spread(self._settings.reversed_m, 0.0, stride.displacement))
         self._found = self._places.best(self._hypotheses, self._log_total())
         if self._found[0].probability < self._settings.drop_below:
             self._claim.drop()
@@ -293,7 +294,7 @@ class MapLocator:
         self._gate.reset(anywhere=distance > self._settings.moved_m)
         self._track.reset()
         if distance > self._settings.moved_m:
-            self._spread(self._settings.moved_m, turn, self._reckoning.since)
+            self._replace(self._spread(self._settings.moved_m, turn, self._restart()))
             self._add_anywhere(self._settings.moved_anywhere)
         else:
             self._continue(distance, turn)
@@ -304,9 +305,10 @@ class MapLocator:
 
     def _continue(self, distance: float, turn: float) -> None:
         """Move each hypothesis along its road by up to ``distance``, see ``interrupt``."""
-        settings = self._settings
+        settings, log_total = self._settings, self._hypotheses.log_total
         most = int(settings.most_passed / (1.0 + distance / PIECE_M))
         since = self._restart()
+        spread = self._spread(distance, turn, since)
         moved = self._motion.unobserved(
             resampled(self._hypotheses, most, self._rng), since, distance, most)
         if turn < settings.unknown_heading:
@@ -317,9 +319,11 @@ class MapLocator:
                 moved.joined(self._motion.facing_back(moved)), self._reckoning)
             moved.log_weight = moved.log_weight - math.log(2.0)
             self._null.variance = settings.start_heading ** 2
-        self._hypotheses = resampled(
-            merged(self._seeding.retraced(moved, self._reckoning), settings, self._rng),
-            self._most, self._rng)
+        moved = self._seeding.retraced(moved, self._reckoning)
+        if len(spread):
+            spread.log_weight += log_total + math.log(settings.gap_off_road) - spread.log_total
+            moved = moved.joined(spread)
+        self._hypotheses = resampled(merged(moved, settings, self._rng), self._most, self._rng)
 
     def _restart(self) -> complex:
         """Begin a new stride and trail; return the displacement since the last stride."""
@@ -329,22 +333,24 @@ class MapLocator:
         self._departure.reset()
         return since
 
-    def _spread(self, distance: float, turn: float, since: complex) -> None:
+    def _spread(self, distance: float, turn: float, since: complex) -> Hypotheses:
         """
-        Spread a sample of the hypotheses over the roads that each may have reached.
+        Return a sample of the hypotheses, spread over the roads that each may have reached.
 
         The vehicle is up to ``distance`` metres from the end of the displacement ``since``, and
         its heading is off by ``turn`` radians, see ``interrupt``.
         """
+        sample = resampled(self._hypotheses, self._settings.spread_from, self._rng)
+        return self._seeding.spread(
+            sample, distance + PIECE_M, turn, since, self._reckoning)
+
+    def _replace(self, hypotheses: Hypotheses) -> None:
+        """Replace the hypotheses by others, unless there are none; any heading is possible."""
         settings = self._settings
-        self._restart()
         self._null.variance = settings.start_heading ** 2
-        spread = self._seeding.spread(
-            resampled(self._hypotheses, settings.spread_from, self._rng), distance + PIECE_M, turn,
-            since, self._reckoning)
-        if len(spread):
+        if len(hypotheses):
             self._hypotheses = resampled(
-                merged(spread, settings, self._rng), settings.most_hypotheses, self._rng)
+                merged(hypotheses, settings, self._rng), settings.most_hypotheses, self._rng)
 
     def _add_anywhere(self, share: float) -> None:
         """Give a share of the total weight to hypotheses on the whole map, as at the start."""

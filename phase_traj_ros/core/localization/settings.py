@@ -144,10 +144,12 @@ class LocatorSettings:
     """...after this distance..."""
     away: float = 0.5
     """...if the probability of the null hypothesis is above this."""
+    gap_off_road: float = 0.02
+    """Probability that the way in a shorter gap is not on the map, or is not one along roads."""
     most_passed: int = 2_000_000
     """Most pieces of road that all hypotheses together pass in an unobserved motion."""
     spread_from: int = 100
-    """Number of hypotheses from which new ones are spread after a reset or in reverse."""
+    """Number of hypotheses from which new ones are spread after a gap, a reset, or in reverse."""
 
     fix_road_m: float = 4.0
     """Deviation of a vehicle from the centre line of its road, for position fixes."""

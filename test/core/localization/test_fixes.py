@@ -122,6 +122,25 @@ def test_fixes_are_used_while_backing_and_after_it(town, poses):
     assert len(used) == 26 and used.count(False) <= 2
 
 
+@pytest.mark.parametrize('seed', range(3))
+def test_one_wrong_fix_after_a_gap_does_not_lose_the_place(seed):
+    town = Town(seed=3 + seed)
+    poses = drive(town.walk(14, seed=seed))
+    locator, steps = MapLocator(town.roads, prior=Prior(*poses[0, :2], 60.0)), steps_of(poses)
+    gap = len(steps) // 2
+    for step in steps[:gap]:
+        locator.update(step)
+    locator.interrupt(25.0, turn=0.5)
+    for step in steps[gap + 10:gap + 18]:
+        locator.update(step)
+    x, y = poses[gap + 18, :2]
+    locator.fix(PositionFix(x + 28.0, y - 28.0, 25.0, 25.0))
+    after = [locator.update(step) for step in steps[gap + 18:]]
+    off = errors(after, poses[gap + 18:])
+    assert known(after) > 0.3 and off[-1] < 15.0
+    assert max(each for each, place in zip(off, after) if place.claimed) < 25.0
+
+
 def test_a_fix_from_before_a_gap_is_refused(town, poses):
     locator = MapLocator(town.roads, prior=Prior(*poses[0, :2], 50.0))
     steps = steps_of(poses[:101])

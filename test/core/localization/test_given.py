@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The values that the locator is given."""
 
+import cmath
 import math
 
 from phase_traj_ros.core import OdometryStep, PositionFix, Prior, ScaleRange
@@ -17,6 +18,24 @@ def test_a_step_between_poses():
 
 def test_a_step_backwards_is_negative():
     assert OdometryStep.between((0, 0, 0), (-2, 0, 0), stamp_ns=0).distance == -2.0
+
+
+@pytest.mark.parametrize('yaw', [0.0, 1e-9, -0.7, math.pi])
+def test_the_parts_of_a_step_follow_its_arc(yaw):
+    whole = OdometryStep(
+        stamp_ns=7, distance=12.0, yaw=yaw, distance_variance=0.3, yaw_variance=0.2,
+        scale_variance=0.1)
+    parts = whole.parts(4)
+    at, heading = 0j, 0.0
+    for part in parts:
+        at += cmath.rect(part.distance, heading + part.yaw / 2)
+        heading += part.yaw
+    assert at == pytest.approx(cmath.rect(12.0, yaw / 2))
+    assert heading == pytest.approx(yaw)
+    for name in ('distance_variance', 'yaw_variance', 'scale_variance'):
+        assert sum(getattr(part, name) for part in parts) == pytest.approx(getattr(whole, name))
+    assert {part.stamp_ns for part in parts} == {7}
+    assert len(set(parts)) == 1 and whole.parts(1) == [whole]
 
 
 def test_noise_across_the_heading_is_not_driven():

@@ -339,6 +339,35 @@ def test_a_corner_in_a_gap_claims_no_wrong_place(town, seed):
     assert off[-1] < 10.0
 
 
+@pytest.mark.parametrize('apart', [14, 20])
+@pytest.mark.parametrize('seed', range(2))
+def test_distant_poses_claim_no_wrong_place_at_corners(apart, seed):
+    town = Town(seed=3 + seed)
+    poses = drive(town.walk(14, seed=seed))[::apart]
+    found = follow(MapLocator(town.roads, prior=Prior(*poses[0, :2], 60.0)), steps_of(poses))
+    off = errors(found, poses)
+    assert claimed(found).mean() > 0.5
+    assert off[claimed(found)].max() < 25.0
+
+
+def test_a_street_that_the_map_lacks_is_passed_in_a_gap():
+    town = Town()
+    way = town.way(14, seed=0)
+    hidden = {way[7], way[8]}
+    roads = RoadMap.from_ways(
+        town.nodes, [street for street in town.streets if set(street) != hidden])
+    poses = drive(town.nodes[way])
+    begin, end = (
+        int(np.argmin(np.hypot(*(poses[:, :2] - town.nodes[node]).T))) for node in way[7:9])
+    locator, steps = MapLocator(roads, prior=Prior(*poses[0, :2], 50.0)), steps_of(poses, seed=0)
+    follow(locator, steps[:begin - 10])
+    locator.interrupt(200.0, turn=math.pi)
+    after = follow(locator, steps[end + 10:])
+    off = errors(after, poses[end + 10:])
+    assert not claimed(after)[off > 30.0].any()
+    assert (off < 20.0).mean() > 0.5
+
+
 def test_a_long_gap_of_a_lost_vehicle_keeps_the_true_place(town, poses):
     locator, steps = MapLocator(town.roads), steps_of(poses, seed=1)
     for step in steps[:200]:
@@ -360,7 +389,7 @@ def test_a_long_gap_spreads_no_more_hypotheses_than_there_may_be(town, poses, mo
     for step in steps_of(poses, seed=1)[:300]:
         locator.update(step)
     monkeypatch.setattr('phase_traj_ros.core.localization.locator.merged', merge)
-    locator.interrupt(10_000.0, turn=math.pi)
+    locator.interrupt(1e200, turn=math.pi)
     assert 0.5 * most < made[0] <= most
 
 

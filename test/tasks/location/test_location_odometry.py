@@ -317,8 +317,18 @@ def test_a_file_without_a_drive_says_so(tmp_path, content, message):
 def test_a_u_turn_between_missing_poses_is_an_interruption(tmp_path):
     out = np.column_stack([np.arange(0.0, 1001.0, 50.0), np.zeros((21, 2))])
     back = np.column_stack([out[::-1, 0] + 200.0, np.full(21, 10.0), np.full(21, math.pi)])
-    drive = read_odometry(write_tum(np.concatenate([out, back]), tmp_path / 'back.tum'))
+    path = write_tum(np.concatenate([out, back]), tmp_path / 'back.tum', interval=5.0)
+    drive = read_odometry(path)
     # Across the mean heading, nothing is driven along it.
     [missing] = drive.motions[20]
     assert isinstance(missing, Interruption) and missing.distance >= 200.0
     assert len(drive.steps) == 40
+
+
+def test_a_corrected_pose_is_not_driven_to(tmp_path):
+    poses = np.column_stack([np.arange(0.0, 101.0), np.zeros((101, 2))])
+    poses[50:, 0] += 40.0
+    drive = read_odometry(write_tum(poses, tmp_path / 'corrected.tum'))
+    [corrected] = drive.motions[49]
+    assert isinstance(corrected, Interruption) and corrected.distance >= 41.0
+    assert len(drive.steps) == 99
