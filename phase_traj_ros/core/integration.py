@@ -146,7 +146,7 @@ class Integration:
         self._monitor.add(
             verdict.evidence, stamp_ns, interval_ns,
             seen=verdict.status in (PairStatus.OK, PairStatus.STILL),
-            travel=travel if self._settings.metric else None,
+            travel=travel, metric=self._settings.metric,
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
             cut=pair.cut, frames=self.frames - self._measured_frame)
         known = travel is not None and travel.known

@@ -38,14 +38,14 @@ class ReliabilityMonitor:
 
     def add(
         self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, seen: bool = True,
-        travel: Travel | None = None, contradicted: bool = False, cut: bool = False,
-        frames: int = 1,
+        travel: Travel | None = None, metric: bool = False, contradicted: bool = False,
+        cut: bool = False, frames: int = 1,
     ) -> None:
         """
         Add the next pair.
 
-        ``seen``: its motion was measured. ``travel``: its distance; None if that is not required
-        in metres. ``contradicted``: the direction code contradicts the heading. ``cut``: the scene
+        ``seen``: its motion was measured. ``travel``: its distance, if there is one; it has to be
+        known if it is ``metric``. ``contradicted``: the direction code contradicts the heading. ``cut``: the scene
         changed in the previous pair. ``frames``: number of the second frame minus that of the
         first one; the pair counts as so many.
         """
@@ -76,7 +76,7 @@ class ReliabilityMonitor:
             if self._rivalled_ns is not None and before - self._rivalled_ns < TUNING.unclear_ns:
                 self._spans[Reason.ROAD_UNCLEAR].add(before, stamp_ns)
             self._rivalled_ns = stamp_ns
-        if travel is None or travel.measured:
+        if travel is None or not metric or travel.measured:
             self._measured_ns = stamp_ns
         elif stamp_ns - self._measured_ns > TUNING.unmeasured_ns:
             self._spans[Reason.DISTANCE_UNKNOWN].add(self._measured_ns, stamp_ns)
