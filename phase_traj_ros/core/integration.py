@@ -57,8 +57,7 @@ class Integration:
     @property
     def reliability(self) -> Reliability:
         """Return the reliability of the last minute and of the drive."""
-        return self._monitor.verdict(
-            camera_known=not self._settings.by_heading or self._angles_known)
+        return self._monitor.verdict(camera=self._against_camera)
 
     def repeat_stamp(self, count: int) -> None:
         """Count frames that are not used because their stamp equals the previous one."""
@@ -210,12 +209,16 @@ class Integration:
         return update
 
     @property
-    def _angles_known(self) -> bool:
-        """Return whether the camera is known well enough for the turns so far."""
+    def _against_camera(self) -> Reason | None:
+        """Return why the camera is not known well enough for the turns so far; None if it is."""
         heading = self.heading
-        if heading is None or heading.camera.in_use is None or heading.camera.in_use.settled:
-            return True
-        return not (self._has_turns or heading.bends_may_be_turns)
+        if not self._settings.by_heading or heading is None or heading.camera.in_use is None:
+            return None
+        if heading.camera.contradicted:
+            return Reason.CAMERA_CONTRADICTED
+        needed = not heading.camera.in_use.settled and (
+            self._has_turns or heading.bends_may_be_turns)
+        return Reason.CAMERA_NOT_KNOWN if needed else None
 
     @property
     def _tip(self) -> Corner:

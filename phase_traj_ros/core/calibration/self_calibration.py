@@ -35,8 +35,8 @@ class SelfCalibration:
     """
     Learns lens and horizon of a camera during the drive.
 
-    Of a lens that is given, it learns the column of the principal point only. Deterministic: the
-    same frames give the same estimate.
+    Of a lens that is given, it learns the column of the principal point only, and whether the
+    turns contradict its focal length. Deterministic: the same frames give the same estimate.
     """
 
     def __init__(self, given: Lens | None = None) -> None:
@@ -128,6 +128,14 @@ class SelfCalibration:
             self._column.deviation < TUNING.known_column * self._shape[1])
 
     @property
+    def contradicted(self) -> bool:
+        """Return whether the turns contradict the focal length that was given."""
+        if self.given is None or not self.turns:
+            return False
+        off = math.log(self.estimate.focal_px / self.given.focal_for(self._shape[1]))
+        return abs(off) > TUNING.contradiction_deviations * self.estimate.focal_deviation
+
+    @property
     def lens(self) -> Lens:
         """Return the lens that was learned."""
         if self.given is None or self._column is None:
@@ -164,7 +172,6 @@ class SelfCalibration:
         self.turns += 1
         if self._column is not None:
             self._column.add(fit)
-            return True
         self._log_lens += _log_likelihood(fit, width)
         own = TUNING.deviation_factor ** 2 * float(fit.covariance[2, 2]) / width ** 2
         variance = TUNING.column_error ** 2 + own
@@ -176,13 +183,11 @@ class SelfCalibration:
 
     def _fit(self, tracks: TurnTracks, width: int) -> TurnFit | None:
         """Fit from the estimate; if that fails, from other start values."""
-        fit = None
+        fit, known = None, self.estimate
         if self.given is not None and self._column is not None:
             lens = self.given.focal_for(width), self.given.straightness, self._column.column
             fit = fit_turn(tracks, [lens], width=width)
-            return self._usable(fit, tracks, width)
-        if self.turns and self.estimate.focal_deviation < TUNING.known_focal_deviation:
-            known = self.estimate
+        elif self.turns and known.focal_deviation < TUNING.known_focal_deviation:
             fit = fit_turn(
                 tracks, [(known.focal_px, known.straightness, known.column_px)], width=width)
         for guesses in (TUNING.guesses, TUNING.cropped_guesses):

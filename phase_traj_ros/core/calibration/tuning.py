@@ -202,6 +202,8 @@ class CalibrationTuning:
     """...a larger one beyond these standard deviations, ..."""
     known_column: float = 0.003
     """...until the column is known to this deviation, in widths."""
+    contradiction_deviations: float = 3.0
+    """Turns contradict a given focal length that is off by more standard deviations than this."""
     degrees_of_freedom: float = 4.0
     """Degrees of freedom of Student's distribution, as large errors are not rare."""
     free_fits: int = 4

@@ -52,6 +52,8 @@ class YawCamera:
         """
         self.lens = self.given = lens
         """Lens in use, and the one that was given or assumed before anything was learned."""
+        self.contradicted = False
+        """Whether the turns contradict a focal length that was given."""
         self._learning = learning
         self._learned = False
         # The newest frame, for a new meter.
@@ -133,7 +135,7 @@ class YawCamera:
         if lens in (self.lens, self.given):
             return None
         factor = self._set_lens(lens)
-        self.given = lens
+        self.given, self.contradicted = lens, False
         self._meter = self._learning = self._newest_frame = None
         return factor
 
@@ -215,6 +217,7 @@ class YawCamera:
         if self._learning is None:
             return None
         self._learning.add_stamp(stamp_ns)
+        self.contradicted = self._learning.contradicted
         return self._adopt(self._learning.lens) if self._learned else None
 
     def cut(self) -> None:

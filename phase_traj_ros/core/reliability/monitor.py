@@ -38,16 +38,16 @@ class ReliabilityMonitor:
 
     def add(
         self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, seen: bool = True,
-        travel: Travel | None = None, metric: bool = False, contradicted: bool = False,
+        travel: Travel | None = None, metric: bool = True, contradicted: bool = False,
         cut: bool = False, frames: int = 1,
     ) -> None:
         """
         Add the next pair.
 
         ``seen``: its motion was measured. ``travel``: its distance, if there is one; it has to be
-        known if it is ``metric``. ``contradicted``: the direction code contradicts the heading. ``cut``: the scene
-        changed in the previous pair. ``frames``: number of the second frame minus that of the
-        first one; the pair counts as so many.
+        known if it is ``metric``. ``contradicted``: the direction code contradicts the heading.
+        ``cut``: the scene changed in the previous pair. ``frames``: number of the second frame
+        minus that of the first one; the pair counts as so many.
         """
         if not self._parts:
             self._start_ns = self._judged_ns = stamp_ns - interval_ns
@@ -91,12 +91,11 @@ class ReliabilityMonitor:
         """Add frames that are not used, because ``FROZEN`` stamps repeat or ``FRAMES_LOST``."""
         self._unused[reason] += count
 
-    def verdict(self, *, camera_known: bool = True) -> Reliability:
+    def verdict(self, *, camera: Reason | None = None) -> Reliability:
         """
         Return whether the last minute is reliable, the reasons if it is not, and all spans so far.
 
-        ``camera_known`` is False if angles were needed and the focal length is neither given nor
-        learned from the drive. This concerns the whole drive.
+        ``camera`` is what speaks against the camera, if anything. It concerns the whole drive.
         """
         start, end = self._start_ns, self._newest_ns
         reasons = self._reasons()
@@ -107,9 +106,9 @@ class ReliabilityMonitor:
                 spans[reason].append((self._newest_ns, self._newest_ns + lasted_ns))
                 end = max(end, self._newest_ns + lasted_ns)
         reasons += [reason for reason in Reason if reason not in reasons and self._applies(reason)]
-        if not camera_known and Reason.TOO_SHORT not in reasons:
-            reasons.append(Reason.CAMERA_NOT_KNOWN)
-            spans[Reason.CAMERA_NOT_KNOWN] = [(start, end)]
+        if camera is not None and Reason.TOO_SHORT not in reasons:
+            reasons.append(camera)
+            spans[camera] = [(start, end)]
         return Reliability(tuple(reasons), in_order(spans), start, end)
 
     def _make_room(self, stamp_ns: int) -> None:

@@ -16,6 +16,7 @@ class Reason(Enum):
     RATE_TOO_LOW = 'rate_too_low'
     MANY_CUTS = 'many_cuts'
     CAMERA_NOT_KNOWN = 'camera_not_known'
+    CAMERA_CONTRADICTED = 'camera_contradicted'
     NOT_COMPARED = 'not_compared'
     FROZEN = 'frozen'
     FRAMES_LOST = 'frames_lost'
@@ -42,6 +43,8 @@ _SENTENCES = {
     Reason.MANY_CUTS: 'The video is cut into scenes that are too short to show a turn.',
     Reason.CAMERA_NOT_KNOWN: 'The turns do not determine the focal length well enough: give'
                              ' hfov_deg or a calibration.',
+    Reason.CAMERA_CONTRADICTED: 'The turns contradict the given focal length: correct hfov_deg or'
+                                ' focal_px, or leave it out to learn it from the turns.',
     Reason.NOT_COMPARED: 'Most frames cannot be compared with the one before: they are further'
                          ' apart than max_gap, or they differ in size or encoding.',
     Reason.FROZEN: 'The camera repeats one image, or one stamp, for more than a second.',

@@ -72,10 +72,10 @@ def drive_of(aside):
     return drive, list(render_drive(drive))
 
 
-def followed(aside, **offset):
+def followed(aside, *, factor=1.0, **offset):
     drive, frames = drive_of(aside)
     estimator = TrajectoryEstimator(EstimatorSettings(
-        code_source=CodeSource.AUTO, lens=Lens(focal_px=CAMERA.focal, **offset)))
+        code_source=CodeSource.AUTO, lens=Lens(focal_px=factor * CAMERA.focal, **offset)))
     updates = [estimator.update(frame, stamp)
                for frame, stamp in zip(frames, drive.stamps_ns.tolist())][1:]
     truth = drive.poses[1:, 2] - drive.poses[0, 2]
@@ -91,6 +91,19 @@ def test_corners_tell_the_column_of_a_given_focal_length(aside):
     assert abs(errors[-1]) < 1.0
     # What was given is not replaced by an estimate, so there is none to write down.
     assert estimator.heading.camera.learned is None
+
+
+@pytest.mark.parametrize(('aside', 'factor', 'contradicted'), [
+    (0.0, 1.0, False), (0.025, 1.0, False), (0.0, 1.04, False), (0.0, 0.96, False),
+    (0.0, 1.3, True), (0.0, 0.77, True), (0.0, 0.5, True)])
+def test_turns_contradict_a_focal_length_that_is_wrong(aside, factor, contradicted):
+    estimator, _ = followed(aside, factor=factor)
+    assert ('camera_contradicted' in estimator.reliability.words) is contradicted
+    assert estimator.reliability.reliable is not contradicted
+    assert estimator.heading.camera.in_use.focal_px == factor * CAMERA.focal
+    # Another lens is judged by the turns after it.
+    estimator.use_lens(Lens(focal_px=0.9 * CAMERA.focal))
+    assert not estimator.heading.camera.contradicted
 
 
 def test_a_column_that_was_learned_upside_down_is_that_of_the_same_pixels():

@@ -46,6 +46,13 @@ class Driven:
              tuple(reason.value for reason in span.reasons)) for span in found.spans]
 
 
+def test_without_metres_the_distance_may_be_unknown_but_the_road_must_not_contradict():
+    for travel in (UNKNOWN, BRIDGED):
+        assert Driven().add('trusted', 20, travel=travel, metric=False).spans == []
+    driven = Driven().add('trusted', 20, travel=RIVALLED, metric=False)
+    assert driven.monitor.verdict().reasons == (Reason.ROAD_UNCLEAR,)
+
+
 def test_a_pair_that_covers_foreseen_frames_counts_as_many():
     """A vehicle that stands at 60 Hz has six times the pairs of one that drives."""
     driven = Driven().add('trusted', 5, frames=6).add('fixed', 1.5, interval=SECOND // 60)
@@ -97,7 +104,7 @@ def test_frames_far_apart_are_the_reason_for_scattered_blocks():
 
 def test_a_camera_that_is_needed_and_a_film_in_pieces_are_reasons():
     monitor = summed_up(trusted=100)
-    assert monitor.verdict(camera_known=False).reasons == (Reason.CAMERA_NOT_KNOWN,)
+    assert monitor.verdict(camera=Reason.CAMERA_NOT_KNOWN).reasons == (Reason.CAMERA_NOT_KNOWN,)
     monitor = Driven().add('trusted', 8.9).add('trusted', 1.1, cut=True).monitor
     assert monitor.verdict().reasons == (Reason.MANY_CUTS,)
     assert ReliabilityMonitor().verdict().reasons == (Reason.TOO_SHORT,)
@@ -228,7 +235,8 @@ def test_a_road_that_moves_too_far_between_frames_is_told_where_metres_are_wante
 
 
 def test_a_camera_not_known_is_a_span_over_all():
-    found = Driven().add('trusted', 200).add('blank', 100).monitor.verdict(camera_known=False)
+    driven = Driven().add('trusted', 200).add('blank', 100)
+    found = driven.monitor.verdict(camera=Reason.CAMERA_NOT_KNOWN)
     assert [span.reasons for span in found.spans] == [
         (Reason.CAMERA_NOT_KNOWN,), (Reason.NOTHING_TO_SEE,)]
     whole = found.spans[0]
