@@ -90,7 +90,7 @@ def test_where_only_drops_agree_the_turn_is_not_measured_and_the_drive_is_in_dou
     estimator, updates, _ = followed(frames)
     # It turns from 4.0 to 7.0 s.
     assert set(statuses(updates[45:65])) == {PairStatus.NO_MEASUREMENT}
-    assert estimator.reliability.words == ('view_blocked',)
+    assert estimator.reliability.words == ('view_blocked', 'road_unclear')
     # The codes from the heading, which are unchanged, would not show it.
     _, updates, _ = followed(frames, source=CodeSource.HEADING)
     assert statuses(updates)[PairStatus.OK] > 0.8 * len(updates)
