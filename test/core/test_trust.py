@@ -227,8 +227,9 @@ def test_a_bend_that_may_have_been_a_turn_needs_a_camera_too():
         lens = Lens(hfov_deg=narrower_deg, assumed=True)
         estimator, _, angles = followed(frames, lens=lens)
         assert angles == [] and estimator.reliability.words == words
+    assert followed(frames, lens=KNOWN)[0].reliability.reliable
     given = Lens(hfov_deg=40.0)
-    assert followed(frames, lens=given)[0].reliability.reliable
+    assert followed(frames, lens=given)[0].reliability.words == ('camera_contradicted',)
 
 
 def test_a_slow_corner_of_a_robot_is_one_turn_with_one_code():
