@@ -57,7 +57,7 @@ class Integration:
     @property
     def reliability(self) -> Reliability:
         """Return the reliability of the last minute and of the drive."""
-        return self._monitor.verdict(camera=self._against_camera)
+        return self._monitor.verdict(camera_reason=self._camera_reason)
 
     def repeat_stamp(self, count: int) -> None:
         """Count frames that are not used because their stamp equals the previous one."""
@@ -209,7 +209,7 @@ class Integration:
         return update
 
     @property
-    def _against_camera(self) -> Reason | None:
+    def _camera_reason(self) -> Reason | None:
         """Return why the camera is not known well enough for the turns so far; None if it is."""
         heading = self.heading
         if not self._settings.by_heading or heading is None or heading.camera.in_use is None:

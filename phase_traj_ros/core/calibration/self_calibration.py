@@ -55,7 +55,9 @@ class SelfCalibration:
     def forget(self) -> None:
         """Restart with the prior."""
         self._tracker.cut()
-        usual = _normal(_FOCALS, math.log(TUNING.usual_focal), TUNING.focal_spread)
+        # A given focal length may be an unusual one.
+        usual = np.ones_like(_FOCALS) if self.given is not None else _normal(
+            _FOCALS, math.log(TUNING.usual_focal), TUNING.focal_spread)
         pinholes = _normal(_STRAIGHTS, PINHOLE, TUNING.pinhole_deviation)
         fisheyes = _normal(_STRAIGHTS, TUNING.fisheye_straightness, TUNING.fisheye_deviation)
         share, cropped = TUNING.pinhole_share, TUNING.cropped_share
@@ -124,7 +126,7 @@ class SelfCalibration:
     @property
     def settled(self) -> bool:
         """Return whether nothing remains to be learned."""
-        return self._column is not None and (
+        return self._column is not None and not self.contradicted and (
             self._column.deviation < TUNING.known_column * self._shape[1])
 
     @property
@@ -132,8 +134,10 @@ class SelfCalibration:
         """Return whether the turns contradict the focal length that was given."""
         if self.given is None or not self.turns:
             return False
-        off = math.log(self.estimate.focal_px / self.given.focal_for(self._shape[1]))
-        return abs(off) > TUNING.contradiction_deviations * self.estimate.focal_deviation
+        width = self._shape[1]
+        given = np.clip(math.log(self.given.focal_for(width) / width), _FOCALS[0], _FOCALS[-1])
+        off = math.log(self.estimate.focal_px / width) - given
+        return bool(abs(off) > TUNING.contradiction_deviations * self.estimate.focal_deviation)
 
     @property
     def lens(self) -> Lens:
@@ -182,19 +186,23 @@ class SelfCalibration:
         return True
 
     def _fit(self, tracks: TurnTracks, width: int) -> TurnFit | None:
-        """Fit from the estimate; if that fails, from other start values."""
-        fit, known = None, self.estimate
+        """Fit from the given lens or the estimate; if that fails, from other start values."""
+        starts, cropped_starts = (
+            [(focal * width, straightness, column * width)
+             for focal, straightness, column in guesses]
+            for guesses in (TUNING.guesses, TUNING.cropped_guesses))
+        fit = None
         if self.given is not None and self._column is not None:
             lens = self.given.focal_for(width), self.given.straightness, self._column.column
-            fit = fit_turn(tracks, [lens], width=width)
-        elif self.turns and known.focal_deviation < TUNING.known_focal_deviation:
+            fit = self._usable(fit_turn(tracks, [lens], width=width), tracks, width)
+            return fit or self._usable(fit_turn(tracks, starts, width=width), tracks, width)
+        if self.turns and self.estimate.focal_deviation < TUNING.known_focal_deviation:
+            known = self.estimate
             fit = fit_turn(
                 tracks, [(known.focal_px, known.straightness, known.column_px)], width=width)
-        for guesses in (TUNING.guesses, TUNING.cropped_guesses):
+        for guesses in (starts, cropped_starts):
             if fit is None or fit.cost > TUNING.good_cost:
-                refit = fit_turn(tracks, [
-                    (focal * width, straightness, column * width)
-                    for focal, straightness, column in guesses], width=width)
+                refit = fit_turn(tracks, guesses, width=width)
                 # Another camera has to explain clearly more than an ambiguous one.
                 factor = TUNING.other_cost if fit is not None and fit.ambiguous else 1.0
                 if fit is None or (refit is not None and factor * refit.cost < fit.cost):

@@ -217,7 +217,7 @@ class YawCamera:
         if self._learning is None:
             return None
         self._learning.add_stamp(stamp_ns)
-        self.contradicted = self._learning.contradicted
+        self._check_given()
         return self._adopt(self._learning.lens) if self._learned else None
 
     def cut(self) -> None:
@@ -231,6 +231,7 @@ class YawCamera:
         """Learn from the last frames of the drive."""
         if self._learning is not None:
             self._learning.finish()
+            self._check_given()
 
     def foresees(self, frame: NDArray[np.uint8], waited: float, interval: float) -> bool:
         """Return whether a frame needs no measurement; see ``YawMeter.foresees``."""
@@ -255,6 +256,10 @@ class YawCamera:
     def _update_learning_mask(self) -> None:
         if self._learning is not None:
             self._learning.use_mask(self._weights.as_seen(rotate_180=self.rotate_180))
+
+    def _check_given(self) -> None:
+        if self._learning is not None and self._learning.turns:
+            self.contradicted = self._learning.contradicted
 
     def _adopt(self, lens: Lens) -> float | None:
         """Continue with the lens learned from the drive, if it differs or is known better."""

@@ -162,17 +162,20 @@ class FixGate:
     def __init__(self, settings: LocatorSettings) -> None:
         """Make a gate that has seen no fix."""
         self._settings = settings
-        self.reset(anywhere=True)
+        self._last: tuple[PositionFix, float] | None = None
+        self._anywhere = True
+        self.reset(anywhere=True, known=False)
 
-    def reset(self, *, anywhere: bool) -> None:
+    def reset(self, *, anywhere: bool, known: bool) -> None:
         """
         Forget all fixes: the odometry was interrupted.
 
-        If the vehicle may be ``anywhere`` after it, the first fix overrides the estimate.
+        The next fix overrides the estimate if the vehicle may be ``anywhere`` after that, or if
+        its place has not been ``known``, neither from a fix nor from the map.
         """
-        self._anywhere = anywhere
+        self._anywhere = anywhere or (self._anywhere and self._last is None and not known)
         # Each with the metres travelled up to it.
-        self._last: tuple[PositionFix, float] | None = None
+        self._last = None
         self._doubted: tuple[PositionFix, float] | None = None
         self._doubts = 0
         # The first of the newest fixes at one position.

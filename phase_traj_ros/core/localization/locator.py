@@ -90,7 +90,9 @@ class MapLocator:
 
         The filter is updated every 5 m. The steps in between displace its last result.
         """
-        for part in step.parts(max(math.ceil(abs(step.distance) / self._reckoning.stride), 1)):
+        longest = self._settings.moved_m / self._scale.middle
+        strides = math.ceil(min(abs(step.distance), longest) / self._reckoning.stride)
+        for part in step.parts(max(strides, 1)):
             stride = self._reckoning.add(part)
             if stride is None:
                 continue
@@ -291,7 +293,7 @@ class MapLocator:
         if not (distance >= 0.0 and turn >= 0.0):
             raise ValueError(
                 f'the interruption is of {distance} m and {turn} rad: give numbers of 0 or more')
-        self._gate.reset(anywhere=distance > self._settings.moved_m)
+        self._gate.reset(anywhere=distance > self._settings.moved_m, known=self._claim.leads)
         self._track.reset()
         if distance > self._settings.moved_m:
             self._replace(self._spread(self._settings.moved_m, turn, self._restart()))

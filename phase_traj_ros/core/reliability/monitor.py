@@ -72,7 +72,7 @@ class ReliabilityMonitor:
             self._spans[_REASONS[evidence]].add(self._seen_ns, stamp_ns)
         if contradicted:
             self._spans[Reason.DIRECTION_CONTRADICTS_HEADING].add(before, stamp_ns)
-        if travel is not None and travel.rivalled:
+        if travel is not None and travel.rivalled and (metric or travel.known):
             if self._rivalled_ns is not None and before - self._rivalled_ns < TUNING.unclear_ns:
                 self._spans[Reason.ROAD_UNCLEAR].add(before, stamp_ns)
             self._rivalled_ns = stamp_ns
@@ -91,11 +91,11 @@ class ReliabilityMonitor:
         """Add frames that are not used, because ``FROZEN`` stamps repeat or ``FRAMES_LOST``."""
         self._unused[reason] += count
 
-    def verdict(self, *, camera: Reason | None = None) -> Reliability:
+    def verdict(self, *, camera_reason: Reason | None = None) -> Reliability:
         """
         Return whether the last minute is reliable, the reasons if it is not, and all spans so far.
 
-        ``camera`` is what speaks against the camera, if anything. It concerns the whole drive.
+        ``camera_reason`` is the one against the camera, if any. It concerns the whole drive.
         """
         start, end = self._start_ns, self._newest_ns
         reasons = self._reasons()
@@ -106,9 +106,9 @@ class ReliabilityMonitor:
                 spans[reason].append((self._newest_ns, self._newest_ns + lasted_ns))
                 end = max(end, self._newest_ns + lasted_ns)
         reasons += [reason for reason in Reason if reason not in reasons and self._applies(reason)]
-        if camera is not None and Reason.TOO_SHORT not in reasons:
-            reasons.append(camera)
-            spans[camera] = [(start, end)]
+        if camera_reason is not None and Reason.TOO_SHORT not in reasons:
+            reasons.append(camera_reason)
+            spans[camera_reason] = [(start, end)]
         return Reliability(tuple(reasons), in_order(spans), start, end)
 
     def _make_room(self, stamp_ns: int) -> None:

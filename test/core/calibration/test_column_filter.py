@@ -101,7 +101,7 @@ def test_turns_contradict_a_focal_length_that_is_wrong(aside, factor, contradict
     assert ('camera_contradicted' in estimator.reliability.words) is contradicted
     assert estimator.reliability.reliable is not contradicted
     assert estimator.heading.camera.in_use.focal_px == factor * CAMERA.focal
-    # Another lens is judged by the turns after it.
+    # Another lens is not judged by the turns before it.
     estimator.use_lens(Lens(focal_px=0.9 * CAMERA.focal))
     assert not estimator.heading.camera.contradicted
 

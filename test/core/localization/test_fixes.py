@@ -141,6 +141,20 @@ def test_one_wrong_fix_after_a_gap_does_not_lose_the_place(seed):
     assert max(each for each, place in zip(off, after) if place.claimed) < 25.0
 
 
+@pytest.mark.parametrize('gaps', [(5.0,), (2000.0, 5.0)])
+def test_the_first_fix_after_a_short_gap_corrects_a_wrong_prior(town, poses, gaps):
+    x, y = poses[0, :2]
+    far = town.nodes[np.argmax(np.hypot(*(town.nodes - (x, y)).T))]
+    locator, steps = MapLocator(town.roads, prior=Prior(*far, 50.0)), steps_of(poses, seed=0)
+    for step in steps[:60]:
+        locator.update(step)
+    for gap in gaps:
+        locator.interrupt(gap, turn=0.1)
+    assert locator.fix(PositionFix(*poses[60, :2], 25.0, 25.0))
+    after = [locator.update(step) for step in steps[60:70]]
+    assert errors(after, poses[60:]).max() < 30.0
+
+
 def test_a_fix_from_before_a_gap_is_refused(town, poses):
     locator = MapLocator(town.roads, prior=Prior(*poses[0, :2], 50.0))
     steps = steps_of(poses[:101])

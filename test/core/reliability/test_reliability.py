@@ -104,7 +104,8 @@ def test_frames_far_apart_are_the_reason_for_scattered_blocks():
 
 def test_a_camera_that_is_needed_and_a_film_in_pieces_are_reasons():
     monitor = summed_up(trusted=100)
-    assert monitor.verdict(camera=Reason.CAMERA_NOT_KNOWN).reasons == (Reason.CAMERA_NOT_KNOWN,)
+    verdict = monitor.verdict(camera_reason=Reason.CAMERA_NOT_KNOWN)
+    assert verdict.reasons == (Reason.CAMERA_NOT_KNOWN,)
     monitor = Driven().add('trusted', 8.9).add('trusted', 1.1, cut=True).monitor
     assert monitor.verdict().reasons == (Reason.MANY_CUTS,)
     assert ReliabilityMonitor().verdict().reasons == (Reason.TOO_SHORT,)
@@ -236,7 +237,7 @@ def test_a_road_that_moves_too_far_between_frames_is_told_where_metres_are_wante
 
 def test_a_camera_not_known_is_a_span_over_all():
     driven = Driven().add('trusted', 200).add('blank', 100)
-    found = driven.monitor.verdict(camera=Reason.CAMERA_NOT_KNOWN)
+    found = driven.monitor.verdict(camera_reason=Reason.CAMERA_NOT_KNOWN)
     assert [span.reasons for span in found.spans] == [
         (Reason.CAMERA_NOT_KNOWN,), (Reason.NOTHING_TO_SEE,)]
     whole = found.spans[0]
