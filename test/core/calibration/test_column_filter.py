@@ -106,6 +106,17 @@ def test_turns_contradict_a_focal_length_that_is_wrong(aside, factor, contradict
     assert not estimator.heading.camera.contradicted
 
 
+def test_a_turn_at_the_end_contradicts_a_focal_length_too():
+    drive, frames = drive_of(0.0)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        code_source=CodeSource.AUTO, lens=Lens(focal_px=1.5 * CAMERA.focal)))
+    for frame, stamp in zip(frames[:32], drive.stamps_ns.tolist()):
+        estimator.update(frame, stamp)
+    assert not estimator.heading.camera.contradicted
+    estimator.heading.finish()
+    assert estimator.heading.camera.contradicted
+
+
 def test_a_column_that_was_learned_upside_down_is_that_of_the_same_pixels():
     estimator, _ = followed(0.025)
     learned = estimator.heading.camera.lens.offset
