@@ -3,6 +3,7 @@
 """Learns the column of the principal point of a camera whose focal length is given."""
 
 import math
+from statistics import median
 
 import numpy as np
 from phase_traj_ros.core.calibration.tuning import TUNING
@@ -24,6 +25,9 @@ class ColumnFilter:
         self._covariance = np.diag(np.square([
             TUNING.given_focal_deviation, TUNING.given_straightness_deviation,
             TUNING.given_column_deviation * width]))
+        self._log_focal = math.log(focal_px)
+        # By how many standard deviations the focal length of each fit differs from the given one.
+        self._off: list[float] = []
 
     @property
     def column(self) -> float:
@@ -35,10 +39,22 @@ class ColumnFilter:
         """Return its standard deviation in pixels."""
         return math.sqrt(float(self._covariance[2, 2]))
 
+    @property
+    def contradicted(self) -> bool:
+        """
+        Return whether the turns contradict the focal length that was given.
+
+        The fits of a drive share errors, so their mean is less certain than it seems: half of them
+        have to contradict it, each by itself.
+        """
+        return abs(median(self._off or [0.0])) > TUNING.contradiction_deviations
+
     def add(self, fit: TurnFit) -> None:
         """Add the lens of a part of a turn."""
-        errors = (0.0, 0.0, TUNING.given_column_error * self._width)
         noise = TUNING.deviation_factor ** 2 * max(fit.cost, 1.0) * fit.covariance
+        self._off.append((fit.log_focal - self._log_focal) / math.hypot(
+            TUNING.given_focal_deviation, TUNING.focal_error, math.sqrt(noise[0, 0])))
+        errors = (0.0, 0.0, TUNING.given_column_error * self._width)
         noise = noise + np.diag(np.square(errors))
         innovation = np.array([fit.log_focal, fit.straightness, fit.column]) - self._lens
         off = float(innovation @ np.linalg.solve(self._covariance + noise, innovation))

@@ -55,9 +55,7 @@ class SelfCalibration:
     def forget(self) -> None:
         """Restart with the prior."""
         self._tracker.cut()
-        # A given focal length may be an unusual one.
-        usual = np.ones_like(_FOCALS) if self.given is not None else _normal(
-            _FOCALS, math.log(TUNING.usual_focal), TUNING.focal_spread)
+        usual = _normal(_FOCALS, math.log(TUNING.usual_focal), TUNING.focal_spread)
         pinholes = _normal(_STRAIGHTS, PINHOLE, TUNING.pinhole_deviation)
         fisheyes = _normal(_STRAIGHTS, TUNING.fisheye_straightness, TUNING.fisheye_deviation)
         share, cropped = TUNING.pinhole_share, TUNING.cropped_share
@@ -132,12 +130,7 @@ class SelfCalibration:
     @property
     def contradicted(self) -> bool:
         """Return whether the turns contradict the focal length that was given."""
-        if self.given is None or not self.turns:
-            return False
-        width = self._shape[1]
-        given = np.clip(math.log(self.given.focal_for(width) / width), _FOCALS[0], _FOCALS[-1])
-        off = math.log(self.estimate.focal_px / width) - given
-        return bool(abs(off) > TUNING.contradiction_deviations * self.estimate.focal_deviation)
+        return self._column is not None and self._column.contradicted
 
     @property
     def lens(self) -> Lens:
@@ -176,6 +169,7 @@ class SelfCalibration:
         self.turns += 1
         if self._column is not None:
             self._column.add(fit)
+            return True
         self._log_lens += _log_likelihood(fit, width)
         own = TUNING.deviation_factor ** 2 * float(fit.covariance[2, 2]) / width ** 2
         variance = TUNING.column_error ** 2 + own

@@ -52,8 +52,6 @@ class YawCamera:
         """
         self.lens = self.given = lens
         """Lens in use, and the one that was given or assumed before anything was learned."""
-        self.contradicted = False
-        """Whether the turns contradict a focal length that was given."""
         self._learning = learning
         self._learned = False
         # The newest frame, for a new meter.
@@ -79,6 +77,11 @@ class YawCamera:
         if learning is None or learning.given is not None or learning.turns == 0:
             return None
         return learning.estimate
+
+    @property
+    def contradicted(self) -> bool:
+        """Return whether the turns contradict a focal length that was given."""
+        return self._learning is not None and self._learning.contradicted
 
     @property
     def focal_px(self) -> float:
@@ -135,7 +138,7 @@ class YawCamera:
         if lens in (self.lens, self.given):
             return None
         factor = self._set_lens(lens)
-        self.given, self.contradicted = lens, False
+        self.given = lens
         self._meter = self._learning = self._newest_frame = None
         return factor
 
@@ -217,7 +220,6 @@ class YawCamera:
         if self._learning is None:
             return None
         self._learning.add_stamp(stamp_ns)
-        self._check_given()
         return self._adopt(self._learning.lens) if self._learned else None
 
     def cut(self) -> None:
@@ -231,7 +233,6 @@ class YawCamera:
         """Learn from the last frames of the drive."""
         if self._learning is not None:
             self._learning.finish()
-            self._check_given()
 
     def foresees(self, frame: NDArray[np.uint8], waited: float, interval: float) -> bool:
         """Return whether a frame needs no measurement; see ``YawMeter.foresees``."""
@@ -256,10 +257,6 @@ class YawCamera:
     def _update_learning_mask(self) -> None:
         if self._learning is not None:
             self._learning.use_mask(self._weights.as_seen(rotate_180=self.rotate_180))
-
-    def _check_given(self) -> None:
-        if self._learning is not None and self._learning.turns:
-            self.contradicted = self._learning.contradicted
 
     def _adopt(self, lens: Lens) -> float | None:
         """Continue with the lens learned from the drive, if it differs or is known better."""

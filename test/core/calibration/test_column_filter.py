@@ -52,6 +52,15 @@ def test_a_fit_that_contradicts_what_is_given_counts_little():
     assert agreeing.deviation < 0.8 * found.deviation
 
 
+def test_half_of_the_fits_have_to_contradict_a_focal_length():
+    """In gentle bends, the fits err to one side, more than their covariance shows."""
+    found = ColumnFilter(FOCAL, 1.0, WIDTH)
+    for focal_px, contradicted in (
+            (0.8 * FOCAL, True), (0.95 * FOCAL, False), (0.6 * FOCAL, True), (FOCAL, False)):
+        found.add(fit(0.0, focal_px=focal_px))
+        assert found.contradicted is contradicted
+
+
 def test_a_worse_fit_counts_less():
     good, bad = (ColumnFilter(FOCAL, 1.0, WIDTH) for _ in range(2))
     good.add(fit(10.0))
