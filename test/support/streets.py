@@ -6,7 +6,7 @@ from itertools import pairwise
 import math
 
 import numpy as np
-from phase_traj_ros.core import MapLocator, OdometryStep, RoadMap
+from phase_traj_ros.core import MapLocator, OdometryStep, Prior, RoadMap
 
 
 class Town:
@@ -82,6 +82,16 @@ def errors(estimates, poses):
     """Return the distance of each estimate from the truth in metres."""
     return np.array([
         math.hypot(each.x - x, each.y - y) for each, (x, y, _) in zip(estimates, poses[1:])])
+
+
+def on_map(town):
+    """Return a locator that knows that the vehicle is on the map: the first turns locate it."""
+    return MapLocator(town.roads, prior=Prior(*town.nodes.mean(axis=0), 5000.0))
+
+
+def claimed(estimates):
+    """Return whether the place is claimed in each estimate, (N,)."""
+    return np.array([each.claimed for each in estimates])
 
 
 def located(estimates):

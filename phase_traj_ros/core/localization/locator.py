@@ -88,7 +88,8 @@ class MapLocator:
         """
         Take the next step of the odometry; return the estimate after it.
 
-        The filter is updated every 5 m. The steps in between displace its last result.
+        The filter is updated every 5 m, by parts of a longer step. The steps in between displace
+        its last result.
         """
         longest = self._settings.moved_m / self._scale.middle
         strides = math.ceil(min(abs(step.distance), longest) / self._reckoning.stride)
@@ -149,9 +150,7 @@ class MapLocator:
         """
         self._restart()
         self._replace(self._spread(self._settings.reversed_m, 0.0, stride.displacement))
-        self._found = self._places.best(self._hypotheses, self._log_total())
-        if self._found[0].probability < self._settings.drop_below:
-            self._claim.drop()
+        self._find(self._settings.drop_below)
 
     def _reseed(self) -> None:
         """Seed the whole map from time to time while the vehicle is probably off the roads."""
@@ -182,6 +181,12 @@ class MapLocator:
         back.log_weight = back.log_weight + (
             math.log(settings.turn_back) + self._null.log_fit - before.log_fit)
         return hypotheses.joined(self._seeding.retraced(back, reckoning))
+
+    def _find(self, least: float) -> None:
+        """Find the places; drop the claim unless the first one has at least this probability."""
+        self._found = self._places.best(self._hypotheses, self._log_total())
+        if self._found[0].probability < least:
+            self._claim.drop()
 
     def _log_total(self) -> float:
         """Return the logarithm of the total weight, including the null hypothesis."""
@@ -301,9 +306,7 @@ class MapLocator:
         else:
             self._continue(distance, turn)
         self._scale_correction.interrupt(distance * distance / 3)
-        self._found = self._places.best(self._hypotheses, self._log_total())
-        if self._found[0].probability < self._settings.claim_above:
-            self._claim.drop()
+        self._find(self._settings.claim_above)
 
     def _continue(self, distance: float, turn: float) -> None:
         """Move each hypothesis along its road by up to ``distance``, see ``interrupt``."""

@@ -39,7 +39,7 @@ _UNITS: Final = (LengthUnit.METRE.value, LengthUnit.CAMERA_HEIGHT.value)
 _LONGEST: Final = 100.0
 # Poses that are farther apart than a vehicle drives, in metres per second, are not one way: the
 # second one has been corrected.
-_FASTEST: Final = 70.0
+_FASTEST_CAR: Final = 70.0
 # More links would need too much memory.
 _MOST: Final = 200_000
 # Noise of positions hides the direction of the motion between closer poses. Metres.
@@ -259,7 +259,7 @@ def _read_trajectory(path: Path) -> DriveOdometry:
 
 def _motion(step: OdometryStep, apart: float, seconds: float) -> Motion:
     """Return the motion between two poses; an interruption if they do not show the way driven."""
-    if apart <= min(_LONGEST, _FASTEST * seconds + _CLEARLY_APART):
+    if apart <= min(_LONGEST, _FASTEST_CAR * seconds + _CLEARLY_APART):
         return step
     return Interruption.lasting(seconds, distance=apart, turn=abs(step.yaw))
 
