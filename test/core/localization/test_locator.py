@@ -6,7 +6,14 @@ from dataclasses import replace
 import math
 
 import numpy as np
-from phase_traj_ros.core import LocatorSettings, MapLocator, PositionFix, Prior, RoadMap, ScaleRange
+from phase_traj_ros.core import (
+    LocatorSettings,
+    MapLocator,
+    PositionFix,
+    Prior,
+    RoadMap,
+    ScaleRange,
+)
 import pytest
 from streets import claimed, drive, errors, follow, located, on_map, steps_of, Town
 
