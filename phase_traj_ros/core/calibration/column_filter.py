@@ -26,7 +26,7 @@ class ColumnFilter:
             TUNING.given_focal_deviation, TUNING.given_straightness_deviation,
             TUNING.given_column_deviation * width]))
         self._log_focal = math.log(focal_px)
-        # By how many standard deviations the focal length of each fit differs from the given one.
+        # By how many standard deviations the focal lengths of the fits that judge it are off.
         self._off: list[float] = []
 
     @property
@@ -49,11 +49,16 @@ class ColumnFilter:
         """
         return abs(median(self._off or [0.0])) > TUNING.contradiction_deviations
 
-    def add(self, fit: TurnFit) -> None:
-        """Add the lens of a part of a turn."""
+    def add(self, fit: TurnFit, *, judges: bool = True) -> None:
+        """
+        Add the lens of a part of a turn.
+
+        ``judges`` is whether its focal length counts: in a gentle bend, it is mostly too short.
+        """
         noise = TUNING.deviation_factor ** 2 * max(fit.cost, 1.0) * fit.covariance
-        self._off.append((fit.log_focal - self._log_focal) / math.hypot(
-            TUNING.given_focal_deviation, TUNING.focal_error, math.sqrt(noise[0, 0])))
+        if judges:
+            self._off.append((fit.log_focal - self._log_focal) / math.hypot(
+                TUNING.given_focal_deviation, TUNING.focal_error, math.sqrt(noise[0, 0])))
         errors = (0.0, 0.0, TUNING.given_column_error * self._width)
         noise = noise + np.diag(np.square(errors))
         innovation = np.array([fit.log_focal, fit.straightness, fit.column]) - self._lens

@@ -167,8 +167,10 @@ class SelfCalibration:
         if fit is None:
             return False
         self.turns += 1
-        if self._column is not None:
-            self._column.add(fit)
+        if self.given is not None and self._column is not None:
+            turned = abs(float(tracks.flow[-1])) / self.given.focal_for(width)
+            judges = turned > TUNING.judging_yaw_rate * float(tracks.seconds[-1])
+            self._column.add(fit, judges=judges)
             return True
         self._log_lens += _log_likelihood(fit, width)
         own = TUNING.deviation_factor ** 2 * float(fit.covariance[2, 2]) / width ** 2

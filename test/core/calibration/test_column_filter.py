@@ -61,6 +61,14 @@ def test_half_of_the_fits_have_to_contradict_a_focal_length():
         assert found.contradicted is contradicted
 
 
+def test_gentle_bends_do_not_contradict_a_focal_length():
+    found = ColumnFilter(FOCAL, 1.0, WIDTH)
+    found.add(fit(0.0, focal_px=0.6 * FOCAL), judges=False)
+    assert not found.contradicted
+    found.add(fit(0.0, focal_px=0.8 * FOCAL))
+    assert found.contradicted
+
+
 def test_a_worse_fit_counts_less():
     good, bad = (ColumnFilter(FOCAL, 1.0, WIDTH) for _ in range(2))
     good.add(fit(10.0))
