@@ -206,9 +206,9 @@ class CalibrationTuning:
     """Half of the fits have to be off by more standard deviations than this to contradict a given
     focal length, ..."""
     judging_yaw_rate: float = math.radians(7.0)
-    """...of turns with a faster mean yaw rate than this, as seen with the given lens. Of 377 drives
-    with the right one, none contradicted it; with slower bends, whose fits were 34 to 65 % too
-    short, 14 did."""
+    """...of turns with a faster mean yaw rate than this, as seen with the given lens. Of 377
+    drives with the right one, none contradicted it; with slower bends, whose fits were 34 to 65 %
+    too short, 14 did."""
     degrees_of_freedom: float = 4.0
     """Degrees of freedom of Student's distribution, as large errors are not rare."""
     free_fits: int = 4

@@ -67,7 +67,7 @@ class MapLocator:
         self._seeding = Seeding(roads, scale, settings, self._rng)
         self._motion = MotionModel(roads, scale, settings, self._rng)
         self._places = Places(roads, settings)
-        self._reckoning = DeadReckoning(settings.stride_m / scale.middle, settings.chord_strides)
+        self._reckoning = DeadReckoning(settings, scale.middle)
         self._claim = Claim(settings, on_map=prior is not None)
         self._departure = DepartureDetector(settings)
         self._gate = fixes.FixGate(settings)
@@ -118,7 +118,9 @@ class MapLocator:
         """Update the filter and the claim by a stride."""
         settings, metres = self._settings, stride.distance * self._scale.middle
         hypotheses = self._motion.advance(self._hypotheses, stride, self._most)
-        self._null.follow(stride, metres, weigh(hypotheses, stride, settings))
+        before = hypotheses.log_total
+        fit = weigh(hypotheses, stride, settings)
+        self._null.follow(stride, metres, fit, hypotheses.log_total - before)
         self._hypotheses = self._with_u_turns(hypotheses, stride)
         self._reseed()
         hypotheses = merged(pruned(self._hypotheses, settings), settings, self._rng)

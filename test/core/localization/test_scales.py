@@ -18,7 +18,8 @@ MIDDLE, PRIOR = math.log(RANGE.middle), RANGE.log_deviation ** 2
 def stride(turned):
     return Stride(
         distance=5.0, in_reverse=0.0, displacement=5.0 + 0j, distance_variance=0.0,
-        yaw_variance=0.0, scale_variance=0.0, chord=0.0, bend=abs(turned), turned=turned)
+        yaw_variance=0.0, scale_variance=0.0, chord=0.0, bend=abs(turned), turned=turned,
+        repeated=False)
 
 
 def some(count=20):

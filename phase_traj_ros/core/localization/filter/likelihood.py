@@ -47,7 +47,8 @@ class NullHypothesis:
 
     It assumes an unmapped road that bends as the odometry does. Each turn costs it a penalty,
     since it does not predict where the turns are. Its fit is the mean fit of the mapped roads, so
-    that neither a long straight road nor an inaccurate map favours either side.
+    that neither a long straight road nor an inaccurate map favours either side. Where the vehicle
+    has driven before, it gains what the map does: another lap shows nothing new.
     """
 
     def __init__(self, settings: LocatorSettings) -> None:
@@ -73,8 +74,12 @@ class NullHypothesis:
         self.log_fit += log_fit
         self.log_weight += log_fit
 
-    def follow(self, stride: Stride, metres: float, fit: float) -> None:
-        """Update the weight by a stride of a length in metres; ``fit`` is that of the map."""
+    def follow(self, stride: Stride, metres: float, fit: float, gained: float) -> None:
+        """
+        Update the weight by a stride of a length in metres.
+
+        ``fit`` is that of the map, and ``gained`` is what its log-weight has gained.
+        """
         settings = self._settings
         self._averaged_m = min(self._averaged_m + metres, settings.null_fit_m)
         self._fit += (fit - self._fit) * min(metres / self._averaged_m, 1.0)
@@ -82,9 +87,10 @@ class NullHypothesis:
         noise = settings.chord_error ** 2 + 2 * settings.bend_error ** 2 * stride.bend ** 2
         fitting = (1.0 - settings.outlier_share) * max(self._fit, settings.null_fit) / (
             math.sqrt(2 * math.pi * (self.variance + noise)))
-        turned = max(abs(stride.turned) - settings.null_straight, 0.0)
         log_fit = settings.tempering * math.log(fitting + settings.outlier_share / (2 * math.pi))
-        self.add_log_likelihood(log_fit)
-        self.turned += turned
-        self.log_weight -= settings.null_turn * turned
+        self.add_log_likelihood(gained if stride.repeated else log_fit)
+        if not stride.repeated:
+            turned = max(abs(stride.turned) - settings.null_straight, 0.0)
+            self.turned += turned
+            self.log_weight -= settings.null_turn * turned
         self.variance *= 1.0 - self.variance / (self.variance + noise / settings.tempering)

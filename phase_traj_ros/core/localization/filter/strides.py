@@ -9,6 +9,7 @@ import math
 import numpy as np
 from phase_traj_ros.core.localization.given import OdometryStep
 from phase_traj_ros.core.localization.roads import Complexes, Floats
+from phase_traj_ros.core.localization.settings import LocatorSettings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,6 +33,8 @@ class Stride:
         Sum of the absolute changes of direction between these strides, in radians.
     turned
         Change of the chord since the previous stride, in radians.
+    repeated
+        Whether the vehicle has driven here before, in the same direction.
     """
 
     distance: float
@@ -43,27 +46,31 @@ class Stride:
     chord: float
     bend: float
     turned: float
+    repeated: bool
 
 
 class DeadReckoning:
     """Integrates steps of the odometry, and sums them to strides."""
 
-    def __init__(self, stride: float, strides: int) -> None:
-        """
-        Start at the origin, with heading 0.
-
-        ``stride`` is the length of a stride in the unit of the odometry, ``strides`` the number
-        of strides per chord.
-        """
-        self.stride = stride
+    def __init__(self, settings: LocatorSettings, unit_m: float) -> None:
+        """Start at the origin, with heading 0; the unit of the odometry is ``unit_m`` metres."""
+        self.stride = settings.stride_m / unit_m
         """Length of a stride in the unit of the odometry."""
-        self._strides = strides
+        self._strides = settings.chord_strides
         self.heading = 0.0
         """Heading in radians since the start, not wrapped."""
         self.position = 0j
         """Position at the end of the last stride, in the axes and the unit of the odometry."""
         self.since = 0j
         """Displacement since the last stride."""
+        # The poses at the ends of earlier strides, and how close to each a lap comes.
+        count = round(settings.longest_lap_m / settings.stride_m)
+        lap_m = settings.stride_m * np.arange(count, 0, -1)
+        self._ends: Complexes = np.full(count, np.nan, np.complex128)
+        self._headings: Floats = np.zeros(count)
+        self._near = np.where(
+            lap_m < settings.shortest_lap_m, 0.0,
+            settings.lap_apart_m + settings.lap_drift * lap_m) / unit_m
         self._way = 0.0
         # The position up to which the way is summed.
         self._summed = 0j
@@ -116,9 +123,16 @@ class DeadReckoning:
             distance=self._distance, in_reverse=self._in_reverse, displacement=self.since,
             distance_variance=self._distance_variance, yaw_variance=self._yaw_variance,
             scale_variance=self._scale_variance, chord=chord, bend=float(bend_of(self.trail)),
-            turned=turned)
+            turned=turned, repeated=self._is_repeated())
+        self._ends = np.append(self._ends[1:], self.position)
+        self._headings = np.append(self._headings[1:], self.heading)
         self._begin_stride()
         return stride
+
+    def _is_repeated(self) -> bool:
+        """Return whether an earlier stride has ended here, with about the same heading."""
+        near = np.abs(self._ends - self.position) < self._near
+        return bool((near & (np.cos(self._headings - self.heading) > math.sqrt(0.5))).any())
 
 
 def bend_of(trail: Complexes) -> Floats:

@@ -1,0 +1,89 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A vehicle that drives round and round: another lap shows nothing new."""
+
+import math
+
+import numpy as np
+from phase_traj_ros.core import LocatorSettings, MapLocator, OdometryStep
+from phase_traj_ros.core.localization.filter.likelihood import NullHypothesis
+from phase_traj_ros.core.localization.filter.strides import DeadReckoning
+import pytest
+from streets import claimed, drive, errors, follow, located, steps_of, Town
+
+
+@pytest.mark.parametrize(('block', 'seed'), [
+    ((12, 19, 20, 13), 5), ((31, 32, 39, 46, 45, 38), 4), ((26, 27, 20, 19), 4)])
+def test_laps_do_not_prove_a_place_in_another_town(town, block, seed):
+    # A similar block of the other town fits each lap as well as the one before.
+    poses = drive(town.nodes[[*block * 4, block[0]]])
+    found = follow(MapLocator(Town(seed=seed).roads), steps_of(poses, seed=1))
+    assert not claimed(found).any()
+
+
+def test_a_drive_is_located_on_its_way_from_laps(town):
+    way = town.way(12, seed=2)
+    begin = way.index(next(node for node in way if way.count(node) == 1))
+    on = way[begin:]
+    block = next(
+        (on[0], a, b, c) for a in sorted(town.beside[on[0]] - {on[1]})
+        for b in sorted(town.beside[a] - {on[0]}) for c in sorted(town.beside[b] - {a})
+        if on[0] in town.beside[c] and c != on[0])
+    poses = drive(town.nodes[[*block * 3, *on]])
+    found = follow(MapLocator(town.roads), steps_of(poses, seed=1))
+    assert located(found) is not None
+    assert errors(found, poses)[claimed(found)].max() < 25.0
+
+
+def repeated(steps):
+    """Return whether each stride of some steps, pairs of distance and yaw, is repeated."""
+    reckoning = DeadReckoning(LocatorSettings(), 1.0)
+    strides = [
+        reckoning.add(OdometryStep(stamp_ns=0, distance=distance, yaw=yaw))
+        for distance, yaw in steps]
+    return np.array([stride.repeated for stride in strides if stride is not None])
+
+
+def circle(metres, circumference, sign=1.0):
+    """Return steps of a metre along a circle."""
+    return [(1.0, sign * math.tau / circumference)] * metres
+
+
+@pytest.mark.parametrize('circumference', [70, 400, 2000])
+def test_the_second_lap_is_repeated_and_the_first_is_not(circumference):
+    rng = np.random.default_rng(0)
+    # The odometry drifts by 1 %, and by 1 degree per root of 100 m.
+    steps = [(1.01 * distance, yaw + rng.normal(0.0, math.radians(0.1)))
+             for distance, yaw in circle(3 * circumference, circumference)]
+    told = repeated(steps)
+    lap = len(told) // 3
+    assert not told[:lap - 12].any()
+    assert told[lap + 2:].all()
+
+
+def test_the_way_back_on_a_street_is_new():
+    there = [(1.0, 0.0)] * 300
+    turn = [(1.0, math.pi / 12)] * 12
+    assert not repeated([*there, *turn, *there]).any()
+
+
+def test_bends_and_streets_side_by_side_are_new():
+    winding = 6 * [*circle(40, 160), *circle(40, 160, -1.0)]
+    assert not repeated(winding).any()
+    # To the next street, 60 m aside, and on in the same direction.
+    corner = [(1.0, math.pi / 16)] * 8
+    aside = [*corner, *[(1.0, 0.0)] * 50, *[(1.0, -math.pi / 16)] * 8]
+    assert not repeated([*[(1.0, 0.0)] * 200, *aside, *[(1.0, 0.0)] * 200]).any()
+
+
+def test_the_null_hypothesis_gains_in_a_lap_what_the_map_does():
+    null, reckoning = NullHypothesis(LocatorSettings()), DeadReckoning(LocatorSettings(), 1.0)
+    for distance, yaw in circle(300, 100):
+        log_weight, turned = null.log_weight, null.turned
+        stride = reckoning.add(OdometryStep(stamp_ns=0, distance=distance, yaw=yaw))
+        if stride is not None:
+            null.follow(stride, 5.0, 1.0, -0.7)
+            if stride.repeated:
+                assert null.log_weight == pytest.approx(log_weight - 0.7)
+                assert null.turned == turned
+    assert 0.7 * math.tau < null.turned < math.tau
