@@ -119,9 +119,11 @@ class MapLocator:
         settings, metres = self._settings, stride.distance * self._scale.middle
         hypotheses = self._motion.advance(self._hypotheses, stride, self._most)
         before = hypotheses.log_total
-        fit = weigh(hypotheses, stride, settings)
-        self._null.follow(stride, metres, fit, hypotheses.log_total - before)
+        self._null.follow(stride, metres, weigh(hypotheses, stride, settings))
         self._hypotheses = self._with_u_turns(hypotheses, stride)
+        if stride.repeated:
+            # The probability of the map stays.
+            self._null.log_weight += self._hypotheses.log_total - before
         self._reseed()
         hypotheses = merged(pruned(self._hypotheses, settings), settings, self._rng)
         hypotheses = resampled(hypotheses, self._most, self._rng)

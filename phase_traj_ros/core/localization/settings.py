@@ -80,14 +80,15 @@ class LocatorSettings:
     turns, the best place of a map without the vehicle loses more."""
     null_straight: float = math.radians(0.5)
     """Turns per stride up to this angle have no penalty."""
-    longest_lap_m: float = 5000.0
-    """Turns of another lap count no more, if the lap is not longer than this..."""
+    lap_apart_m: float = 40.0
+    """A vehicle drives another lap if its odometry comes within this distance of an earlier
+    pose..."""
+    lap_heading: float = math.radians(45.0)
+    """...with a heading that differs by less than this..."""
     shortest_lap_m: float = 60.0
-    """...and not shorter than this: the vehicle comes..."""
-    lap_apart_m: float = 25.0
-    """...within this distance of where it was..."""
-    lap_drift: float = 0.03
-    """...and this share of the lap, by which its odometry drifts."""
+    """...after at least this way..."""
+    longest_lap_m: float = 5000.0
+    """...and about this way at most."""
     null_hazard: float = 3e-5
     """Probability per stride of leaving the roads of the map, while a place leads."""
 

@@ -5,7 +5,7 @@
 import math
 
 import numpy as np
-from phase_traj_ros.core import LocatorSettings, MapLocator, OdometryStep
+from phase_traj_ros.core import LocatorSettings, MapLocator, OdometryStep, Prior
 from phase_traj_ros.core.localization.filter.likelihood import NullHypothesis
 from phase_traj_ros.core.localization.filter.strides import DeadReckoning
 import pytest
@@ -33,6 +33,51 @@ def test_a_drive_is_located_on_its_way_from_laps(town):
     found = follow(MapLocator(town.roads), steps_of(poses, seed=1))
     assert located(found) is not None
     assert errors(found, poses)[claimed(found)].max() < 25.0
+
+
+def there_and_back(corners, times):
+    """Return the corners of a drive back and forth, which turns round beyond the last ones."""
+    way = [*corners]
+    for number in range(times):
+        to = corners[::-1] if number % 2 == 0 else corners
+        ahead = (to[0] - to[1]) / math.dist(to[0], to[1])
+        aside = np.array([-ahead[1], ahead[0]])
+        way += [to[0] + 5 * (ahead + aside), to[0] + 10 * ahead, to[0] + 5 * (ahead - aside),
+                to[0] - 15 * ahead, *to[1:]]
+    return np.array(way)
+
+
+@pytest.mark.parametrize('seed', [0, 3])
+def test_driving_back_and_forth_does_not_prove_a_place_in_another_town(town, seed):
+    poses = drive(there_and_back(town.nodes[town.way(4, seed=seed)], 6))
+    found = follow(MapLocator(Town(seed=4).roads), steps_of(poses, seed=1))
+    assert not claimed(found).any()
+
+
+def test_driving_back_and_forth_keeps_a_known_place(town):
+    poses = drive(there_and_back(town.nodes[town.way(4, seed=0)], 4))
+    found = follow(
+        MapLocator(town.roads, prior=Prior(*poses[0, :2], 60.0)), steps_of(poses, seed=1))
+    known, off = claimed(found), errors(found, poses)
+    assert known[located(found):].mean() > 0.6
+    # While it turns, where the map has no loop.
+    assert (off[known] > 35.0).mean() < 0.03
+
+
+@pytest.mark.parametrize('block', [(17, 24, 25, 18), (40, 47, 48, 41)])
+def test_a_vehicle_that_drives_round_in_a_yard_has_left_the_roads(town, block):
+    """Inside a block that it has driven around: most poses are near earlier ones."""
+    corners = town.nodes[list(block)]
+    inner = corners.mean(axis=0) + 0.45 * (corners - corners.mean(axis=0))
+    gate = (corners[0] + corners[1]) / 2
+    laps = drive([*np.tile(corners, (3, 1)), corners[0], gate])
+    poses = drive([*np.tile(corners, (3, 1)), corners[0], gate,
+                   (inner[0] + inner[1]) / 2, *np.roll(np.tile(inner, (3, 1)), -1, axis=0)])
+    found = follow(
+        MapLocator(town.roads, prior=Prior(*poses[0, :2], 60.0)), steps_of(poses, seed=1))
+    known = claimed(found)
+    assert known[:len(laps)].any()
+    assert not known[len(laps) + 60:][errors(found, poses)[len(laps) + 60:] > 35.0].any()
 
 
 def repeated(steps):
@@ -76,14 +121,14 @@ def test_bends_and_streets_side_by_side_are_new():
     assert not repeated([*[(1.0, 0.0)] * 200, *aside, *[(1.0, 0.0)] * 200]).any()
 
 
-def test_the_null_hypothesis_gains_in_a_lap_what_the_map_does():
+def test_the_null_hypothesis_is_not_updated_by_another_lap():
     null, reckoning = NullHypothesis(LocatorSettings()), DeadReckoning(LocatorSettings(), 1.0)
     for distance, yaw in circle(300, 100):
-        log_weight, turned = null.log_weight, null.turned
+        log_weight, turned, evidence = null.log_weight, null.turned, null.log_evidence
         stride = reckoning.add(OdometryStep(stamp_ns=0, distance=distance, yaw=yaw))
         if stride is not None:
-            null.follow(stride, 5.0, 1.0, -0.7)
-            if stride.repeated:
-                assert null.log_weight == pytest.approx(log_weight - 0.7)
-                assert null.turned == turned
-    assert 0.7 * math.tau < null.turned < math.tau
+            null.follow(stride, 5.0, 1.0)
+            assert stride.repeated is ((null.log_weight, null.turned) == (log_weight, turned))
+            # The evidence that the vehicle leaves the roads goes on.
+            assert null.log_evidence != evidence
+    assert 0.6 * math.tau < null.turned < math.tau

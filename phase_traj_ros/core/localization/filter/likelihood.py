@@ -48,7 +48,7 @@ class NullHypothesis:
     It assumes an unmapped road that bends as the odometry does. Each turn costs it a penalty,
     since it does not predict where the turns are. Its fit is the mean fit of the mapped roads, so
     that neither a long straight road nor an inaccurate map favours either side. Where the vehicle
-    has driven before, it gains what the map does: another lap shows nothing new.
+    has driven before, its weight is not updated: another lap shows nothing new.
     """
 
     def __init__(self, settings: LocatorSettings) -> None:
@@ -61,25 +61,22 @@ class NullHypothesis:
         """Natural logarithm of its weight."""
         self.log_fit = 0.0
         """Sum of the log-likelihoods since the start, without penalties."""
+        self._penalties = 0.0
         self.turned = 0.0
-        """Sum of the penalised angles since the start, in radians."""
+        """Sum of the angles turned since the start, in radians, without those of further laps."""
 
     @property
     def log_evidence(self) -> float:
         """Return the log-likelihood since the start, with penalties, without transitions."""
-        return self.log_fit - self._settings.null_turn * self.turned
+        return self.log_fit - self._penalties
 
     def add_log_likelihood(self, log_fit: float) -> None:
         """Update the weight by the log-likelihood of a measurement."""
         self.log_fit += log_fit
         self.log_weight += log_fit
 
-    def follow(self, stride: Stride, metres: float, fit: float, gained: float) -> None:
-        """
-        Update the weight by a stride of a length in metres.
-
-        ``fit`` is that of the map, and ``gained`` is what its log-weight has gained.
-        """
+    def follow(self, stride: Stride, metres: float, fit: float) -> None:
+        """Take a stride of a length in metres; ``fit`` is that of the map."""
         settings = self._settings
         self._averaged_m = min(self._averaged_m + metres, settings.null_fit_m)
         self._fit += (fit - self._fit) * min(metres / self._averaged_m, 1.0)
@@ -88,9 +85,11 @@ class NullHypothesis:
         fitting = (1.0 - settings.outlier_share) * max(self._fit, settings.null_fit) / (
             math.sqrt(2 * math.pi * (self.variance + noise)))
         log_fit = settings.tempering * math.log(fitting + settings.outlier_share / (2 * math.pi))
-        self.add_log_likelihood(gained if stride.repeated else log_fit)
+        turned = max(abs(stride.turned) - settings.null_straight, 0.0)
+        penalty = settings.null_turn * turned
+        self.log_fit += log_fit
+        self._penalties += penalty
         if not stride.repeated:
-            turned = max(abs(stride.turned) - settings.null_straight, 0.0)
+            self.log_weight += log_fit - penalty
             self.turned += turned
-            self.log_weight -= settings.null_turn * turned
         self.variance *= 1.0 - self.variance / (self.variance + noise / settings.tempering)

@@ -63,14 +63,13 @@ class DeadReckoning:
         """Position at the end of the last stride, in the axes and the unit of the odometry."""
         self.since = 0j
         """Displacement since the last stride."""
-        # The poses at the ends of earlier strides, and how close to each a lap comes.
+        # Poses at the ends of earlier strides, and the way until then.
         count = round(settings.longest_lap_m / settings.stride_m)
-        lap_m = settings.stride_m * np.arange(count, 0, -1)
         self._ends: Complexes = np.full(count, np.nan, np.complex128)
         self._headings: Floats = np.zeros(count)
-        self._near = np.where(
-            lap_m < settings.shortest_lap_m, 0.0,
-            settings.lap_apart_m + settings.lap_drift * lap_m) / unit_m
+        self._ways: Floats = np.zeros(count)
+        self._apart, self._least = settings.lap_apart_m / unit_m, settings.shortest_lap_m / unit_m
+        self._alike = math.cos(settings.lap_heading)
         self._way = 0.0
         # The position up to which the way is summed.
         self._summed = 0j
@@ -126,13 +125,15 @@ class DeadReckoning:
             turned=turned, repeated=self._is_repeated())
         self._ends = np.append(self._ends[1:], self.position)
         self._headings = np.append(self._headings[1:], self.heading)
+        self._ways = np.append(self._ways[1:], self._way)
         self._begin_stride()
         return stride
 
     def _is_repeated(self) -> bool:
         """Return whether an earlier stride has ended here, with about the same heading."""
-        near = np.abs(self._ends - self.position) < self._near
-        return bool((near & (np.cos(self._headings - self.heading) > math.sqrt(0.5))).any())
+        near = np.abs(self._ends - self.position) < self._apart
+        alike = np.cos(self._headings - self.heading) > self._alike
+        return bool((near & alike & (self._way - self._ways >= self._least)).any())
 
 
 def bend_of(trail: Complexes) -> Floats:
