@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
+from phase_traj_ros.core.localization.filter.laps import LapDetector
 from phase_traj_ros.core.localization.given import OdometryStep
 from phase_traj_ros.core.localization.roads import Complexes, Floats
 from phase_traj_ros.core.localization.settings import LocatorSettings
@@ -63,13 +64,7 @@ class DeadReckoning:
         """Position at the end of the last stride, in the axes and the unit of the odometry."""
         self.since = 0j
         """Displacement since the last stride."""
-        # Poses at the ends of earlier strides, and the way until then.
-        count = round(settings.longest_lap_m / settings.stride_m)
-        self._ends: Complexes = np.full(count, np.nan, np.complex128)
-        self._headings: Floats = np.zeros(count)
-        self._ways: Floats = np.zeros(count)
-        self._apart, self._least = settings.lap_apart_m / unit_m, settings.shortest_lap_m / unit_m
-        self._alike = math.cos(settings.lap_heading)
+        self._laps = LapDetector(settings, unit_m)
         self._way = 0.0
         # The position up to which the way is summed.
         self._summed = 0j
@@ -122,18 +117,9 @@ class DeadReckoning:
             distance=self._distance, in_reverse=self._in_reverse, displacement=self.since,
             distance_variance=self._distance_variance, yaw_variance=self._yaw_variance,
             scale_variance=self._scale_variance, chord=chord, bend=float(bend_of(self.trail)),
-            turned=turned, repeated=self._is_repeated())
-        self._ends = np.append(self._ends[1:], self.position)
-        self._headings = np.append(self._headings[1:], self.heading)
-        self._ways = np.append(self._ways[1:], self._way)
+            turned=turned, repeated=self._laps.add(self.position, self.heading, self._way))
         self._begin_stride()
         return stride
-
-    def _is_repeated(self) -> bool:
-        """Return whether an earlier stride has ended here, with about the same heading."""
-        near = np.abs(self._ends - self.position) < self._apart
-        alike = np.cos(self._headings - self.heading) > self._alike
-        return bool((near & alike & (self._way - self._ways >= self._least)).any())
 
 
 def bend_of(trail: Complexes) -> Floats:
