@@ -7,6 +7,8 @@ import time
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from phase_traj_ros.core.calibration.column_calibration import ColumnCalibration
+from phase_traj_ros.core.calibration.lens_calibration import LensCalibration
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.lens import ASSUMED_HFOV_DEG, Lens, LensOrigin
 from phase_traj_ros.core.codes.chain import ChainCode
@@ -76,7 +78,7 @@ class TrajectoryEstimator:
         elif self._settings.learns_lens:
             self._make_heading(
                 Lens(hfov_deg=ASSUMED_HFOV_DEG, assumed=True,
-                     pitch_deg=self._settings.camera_pitch_deg), learning=SelfCalibration())
+                     pitch_deg=self._settings.camera_pitch_deg), learning=LensCalibration())
 
     @property
     def settings(self) -> EstimatorSettings:
@@ -171,7 +173,7 @@ class TrajectoryEstimator:
             # The principal point of a camera is rarely at the centre of its images.
             learns = (self._settings.code_source is CodeSource.AUTO and lens.offset == 0.0
                       and lens.origin is LensOrigin.GIVEN)
-            self._make_heading(lens, learning=SelfCalibration(lens) if learns else None)
+            self._make_heading(lens, learning=ColumnCalibration(lens) if learns else None)
         else:
             raise ValueError('no setting requires a lens: give the lens in the settings')
 

@@ -74,9 +74,7 @@ class YawCamera:
     def learned(self) -> CameraEstimate | None:
         """Return the camera learned from the drive; None before a turn, or if it is known."""
         learning = self._learning
-        if learning is None or learning.given is not None or learning.turns == 0:
-            return None
-        return learning.estimate
+        return learning.estimate if learning is not None and learning.turns else None
 
     @property
     def contradicted(self) -> bool:
@@ -278,8 +276,7 @@ class YawCamera:
     def _set_lens(self, lens: Lens) -> float:
         """Use another lens; return the factor that corrects angles measured with a guess."""
         before, self.lens = self.lens, lens
-        guessed = self._learning is not None and self._learning.given is None
-        if not (guessed and self._shape):
+        if not self._shape or self._learning is None or self._learning.estimate is None:
             return 1.0
         width = self._shape[1]
         # Not the roll: the current one has been taken into account.

@@ -7,7 +7,7 @@ import math
 from types import SimpleNamespace
 
 import numpy as np
-from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
+from phase_traj_ros.core.calibration.lens_calibration import LensCalibration
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_fit import fit_turn
 from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
@@ -110,7 +110,7 @@ def test_nothing_is_learned_where_few_points_agree(moving, turns, monkeypatch):
         velocity[rng.permutation(100) >= 100 * moving] = 0.0
         tracks = replace(tracks, position=(
             tracks.position + velocity[tracks.point] * tracks.frame[:, None]))
-        calibration = SelfCalibration()
+        calibration = LensCalibration()
         monkeypatch.setattr(calibration, '_tracker', SimpleNamespace(
             cut=lambda: None, update=lambda *_, tracks=tracks, **__: tracks))
         calibration.update(np.zeros((HEIGHT, WIDTH), np.uint8), 0.0, 0.1)

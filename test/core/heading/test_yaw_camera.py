@@ -6,7 +6,8 @@ from dataclasses import replace
 import math
 
 import numpy as np
-from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
+from phase_traj_ros.core.calibration.column_calibration import ColumnCalibration
+from phase_traj_ros.core.calibration.lens_calibration import LensCalibration
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Shift
@@ -23,7 +24,7 @@ from turning_camera import follow, TENTH, turning
 @pytest.mark.parametrize('upside_down', [False, True])
 def test_a_camera_is_learned_from_upright_frames(upside_down):
     frame = np.random.default_rng(0).integers(0, 255, (90, 160)).astype(np.uint8)
-    seen, learning = [], SelfCalibration()
+    seen, learning = [], LensCalibration()
     learning.update = lambda frame, shift_px, interval, *, reverses: bool(seen.append(frame))
     compass = VisualCompass(YawCamera(
         Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, learning=learning))
@@ -32,7 +33,7 @@ def test_a_camera_is_learned_from_upright_frames(upside_down):
 
 
 def test_every_stamp_is_told_to_what_is_learned():
-    told, learning = [], SelfCalibration()
+    told, learning = [], LensCalibration()
     learning.add_stamp = told.append
     compass = VisualCompass(YawCamera(Lens(hfov_deg=75.0, assumed=True), learning=learning))
     compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
@@ -42,7 +43,7 @@ def test_every_stamp_is_told_to_what_is_learned():
 
 
 def test_the_end_of_a_drive_is_told_to_what_is_learned():
-    told, learning = [], SelfCalibration()
+    told, learning = [], LensCalibration()
     learning.finish = lambda: told.append(True)
     VisualCompass(YawCamera(Lens(hfov_deg=75.0, assumed=True), learning=learning)).finish()
     assert told
@@ -58,7 +59,7 @@ def test_a_vehicle_that_leans_before_a_cut_is_upright_after_it():
     assert camera.roll.current == 0.0
 
 
-class _Told(SelfCalibration):
+class _Told(LensCalibration):
     """Learns a camera that is known beforehand from the first two frames."""
 
     def __init__(self, estimate):
@@ -100,7 +101,7 @@ def test_a_camera_is_learned_once_a_turn_has_told():
 def test_a_camera_is_learned_from_what_is_neither_masked_nor_fixed(upside_down):
     mask, fixed = np.ones((2, 3), np.float32), np.full((2, 3), 255, np.uint8)
     mask[0, 0], fixed[1, 0] = 0.0, 0
-    learning, masks = SelfCalibration(), []
+    learning, masks = LensCalibration(), []
     learning.use_mask = masks.append
     compass = VisualCompass(YawCamera(
         Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, mask=mask, learning=learning))
@@ -114,7 +115,7 @@ def test_a_camera_is_learned_from_what_is_neither_masked_nor_fixed(upside_down):
 
 def test_a_lens_that_replaces_a_guess_corrects_what_was_measured_with_it():
     guess = Lens(hfov_deg=75.0, assumed=True)
-    compass = VisualCompass(YawCamera(guess, learning=SelfCalibration()))
+    compass = VisualCompass(YawCamera(guess, learning=LensCalibration()))
     compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
     for pair in range(1, 41):
@@ -130,7 +131,7 @@ def test_a_lens_that_replaces_a_guess_corrects_what_was_measured_with_it():
 
 def test_a_lens_that_replaces_a_given_one_leaves_what_was_measured_with_it():
     given = Lens(focal_px=120.0)
-    compass = VisualCompass(YawCamera(given, learning=SelfCalibration(given)))
+    compass = VisualCompass(YawCamera(given, learning=ColumnCalibration(given)))
     compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
     compass.start(0)
     for pair in range(1, 41):
@@ -152,7 +153,7 @@ def test_a_learned_camera_is_taken_even_if_it_is_what_was_guessed():
         assert estimator.tracker.scale_deviation == learned.focal_deviation
 
 
-class _Column(SelfCalibration):
+class _Column(ColumnCalibration):
     """Learns another column of the principal point from each frame."""
 
     lens = property(lambda self: Lens(focal_px=300.0, offset=0.02))
@@ -163,7 +164,8 @@ class _Column(SelfCalibration):
 
 def test_a_column_that_is_learned_keeps_the_pitch():
     frame = np.random.default_rng(1).integers(0, 255, (180, 480)).astype(np.uint8)
-    camera = VisualCompass(YawCamera(Lens(focal_px=300.0), learning=_Column())).camera
+    given = Lens(focal_px=300.0)
+    camera = VisualCompass(YawCamera(given, learning=_Column(given))).camera
     camera.measure(frame, 0.1)
     assert camera.tilt == 1.0
     down = FocusOfExpansion(0.0, -0.3, 1e-5, 1e-5)
@@ -175,7 +177,7 @@ def test_a_column_that_is_learned_keeps_the_pitch():
     assert (camera.lens.offset, camera.tilt) == (0.02, tilt)
 
 
-class Learner(SelfCalibration):
+class Learner(LensCalibration):
     """Learns nothing, but keeps what it is told of the motion of the picture."""
 
     def __init__(self):

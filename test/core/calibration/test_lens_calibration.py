@@ -9,7 +9,7 @@ import math
 import cv2
 from kitti import grey_pictures
 import numpy as np
-from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
+from phase_traj_ros.core.calibration.lens_calibration import LensCalibration
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.camera import EQUIDISTANT
@@ -35,7 +35,7 @@ def drive_of(camera, *, angle_deg=75.0, pitch_deg=0.0, seconds=3.0):
 
 
 def learned(frames, shifts, mask=None, *, reverses=None):
-    calibration = SelfCalibration()
+    calibration = LensCalibration()
     calibration.use_mask(mask)
     for (index, (frame, shift)) in enumerate(zip(frames, shifts)):
         calibration.update(frame, shift, 1 / RATE if index else 0.0, reverses=reverses)
@@ -44,7 +44,7 @@ def learned(frames, shifts, mask=None, *, reverses=None):
 
 
 def test_before_the_first_turn_nothing_is_certain():
-    calibration = SelfCalibration()
+    calibration = LensCalibration()
     calibration.update(np.zeros((160, 320), np.uint8), 0.0, 0.0)
     (low, high) = calibration.estimate.focal_interval_px
     assert low < 100 < 400 < high
@@ -161,7 +161,7 @@ def test_a_vehicle_that_stands_tells_nothing():
 
 def test_a_cut_does_not_join_what_is_on_its_two_sides():
     (frames, shifts) = drive_of(PINHOLE)
-    calibration = SelfCalibration()
+    calibration = LensCalibration()
     for (index, (frame, shift)) in enumerate(zip(frames, shifts)):
         if index % 4 == 0:
             calibration.cut()
@@ -187,7 +187,7 @@ def test_pictures_of_another_size_are_of_another_camera():
 def test_many_turns_are_not_all_looked_at():
     (frames, shifts) = drive_of(PINHOLE)
     (frames, shifts) = (frames[:30], shifts[:30])
-    calibration = SelfCalibration()
+    calibration = LensCalibration()
     for _ in range(8):
         calibration.cut()
         for (frame, shift) in zip(frames, shifts):
@@ -202,7 +202,7 @@ def test_many_turns_are_not_all_looked_at():
     (np.s_[:, :620], 298, 0.12), (np.s_[:, 621:], -324, 0.12)],
     ids=['whole', 'mirrored', 'upper half', 'left half', 'right half'])
 def test_a_real_turn_tells_the_focal_length(kitti_root, cut, column, tolerance):
-    correlator, calibration = PhaseCorrelator(), SelfCalibration()
+    correlator, calibration = PhaseCorrelator(), LensCalibration()
     for picture in grey_pictures(kitti_root / '00')[85:155]:
         frame = np.ascontiguousarray(picture[cut])
         shift = correlator.update(frame)
