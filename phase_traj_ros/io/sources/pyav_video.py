@@ -56,6 +56,16 @@ def _end(stream: Any) -> float:
     return 3600 * hours + 60 * minutes + seconds
 
 
+def _packets(container: Any, stream: Any) -> Iterator[Any]:
+    """Yield the packets of a stream."""
+    try:
+        yield from container.demux(stream)
+    except IndexError:
+        # Comes after the last packet, if there are streams that the file does not announce, such
+        # as the GPS data of a dash camera.
+        return
+
+
 class PyavSource(VideoFile):
     """
     The frames of a video, read by PyAV.
@@ -120,7 +130,7 @@ class PyavSource(VideoFile):
         with self._stream() as (container, stream):
             if container.format.name in _WITHOUT_TIMES:
                 return unknown
-            for index, packet in enumerate(container.demux(stream)):
+            for index, packet in enumerate(_packets(container, stream)):
                 if not packet.size:
                     continue
                 if packet.pts is None or packet.dts is None:
@@ -169,7 +179,7 @@ class PyavSource(VideoFile):
         """Yield the frames, and the error of each packet that cannot be decoded."""
         import av
         # Unlike a seek, this is exact in every container.
-        for packet in islice(container.demux(stream), skipped, None):
+        for packet in islice(_packets(container, stream), skipped, None):
             try:
                 yield from packet.decode()
             except av.FFmpegError as error:

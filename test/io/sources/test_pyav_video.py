@@ -302,3 +302,16 @@ def test_sound_is_no_video(tmp_path):
         container.mux(stream.encode(frame))
     with pytest.raises(SourceError, match='holds no video'):
         PyavSource(path)
+
+
+def test_a_stream_that_the_file_does_not_announce_is_ignored(write):
+    """Dash cameras write their GPS data as such a stream."""
+    path = write('drive.ts', evenly(60))
+    size, content = 188, path.read_bytes()
+    assert len(content) % size == 0
+    # The start of a packet of the private stream 2, without content, on an identifier of its own.
+    gps = bytes.fromhex('47430010 000001bf 00b2').ljust(size, b'\0')
+    middle = len(content) // size // 2 * size
+    path.write_bytes(content[:middle] + gps + content[middle:])
+    assert len([*open_source(path)]) == 60
+    assert len([*open_source(path, selection=Selection(start=3.0))]) == 30
