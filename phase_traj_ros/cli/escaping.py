@@ -35,10 +35,6 @@ class Escaping(io.TextIOBase):
         """Flush the stream."""
         self.stream.flush()
 
-    def isatty(self) -> bool:
-        """Return whether the stream is a terminal."""
-        return self.stream.isatty()
-
     def fileno(self) -> int:
         """Return the file descriptor of the stream."""
         return self.stream.fileno()

@@ -149,41 +149,37 @@ class PyavSource(VideoFile):
         if not times:
             return unknown
         times.sort()
-        last = len(times) - 1
-        number = min(last, bisect_left(
-            range(last), self._selection.start_ns,
-            key=lambda index: self._position_ns(index, times[index]) or 0))
+        positions = [self._position_ns(index, pts) or 0 for index, pts in enumerate(times)]
+        number = min(bisect_left(positions, self._selection.start_ns), len(times) - 1)
         from_pts = times[number]
         needed = [index for pts, index in key_frames if pts <= from_pts]
         return number, from_pts, needed[-1] if needed else 0
 
     def _shown(self, from_pts: int | None, skipped: int) -> Iterator[Any]:
         """
-        Yield the frames, in the order in which they are shown.
+        Return the frames, in the order in which they are shown.
 
         The first packets are skipped, unless the decoder needs them for the frame at ``from_pts``:
         some key frames do not show a whole picture.
         """
         if skipped and from_pts is not None:
-            with self._stream() as (container, stream):
-                pictures = self._pictures(container, stream, skipped)
-                first = next(pictures, None)
-                pts = getattr(first, 'pts', None)
-                if pts is not None and pts <= from_pts:
-                    yield from chain([first], pictures)
-                    return
-        with self._stream() as (container, stream):
-            yield from self._pictures(container, stream, 0)
+            pictures = self._pictures(skipped)
+            first = next(pictures, None)
+            pts = getattr(first, 'pts', None)
+            if pts is not None and pts <= from_pts:
+                return chain([first], pictures)
+        return self._pictures(0)
 
-    def _pictures(self, container: Any, stream: Any, skipped: int) -> Iterator[Any]:
-        """Yield the frames, and the error of each packet that cannot be decoded."""
+    def _pictures(self, skipped: int) -> Iterator[Any]:
+        """Yield the frames after so many packets, and the error of each that is not decoded."""
         import av
-        # Unlike a seek, this is exact in every container.
-        for packet in islice(_packets(container, stream), skipped, None):
-            try:
-                yield from packet.decode()
-            except av.FFmpegError as error:
-                yield error
+        with self._stream() as (container, stream):
+            # Unlike a seek, this is exact in every container.
+            for packet in islice(_packets(container, stream), skipped, None):
+                try:
+                    yield from packet.decode()
+                except av.FFmpegError as error:
+                    yield error
 
     @contextmanager
     def _stream(self) -> Iterator[tuple[Any, Any]]:

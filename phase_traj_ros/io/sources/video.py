@@ -75,8 +75,6 @@ class VideoFile(FrameSource):
     Raises SourceError if the file is not a video or if none of its frames can be decoded.
     """
 
-    _pixel_aspect = 1.0
-
     def __init__(
         self, path: Path, *, selection: Selection = EVERYTHING, fps: float | None = None,
     ) -> None:
@@ -87,8 +85,8 @@ class VideoFile(FrameSource):
         # For a stream without a container, the reader may have invented the rate.
         assumed = fps is None and (not usable or RAW_STREAM.match(self._start) is not None)
         self._is_constant = fps is not None
-        if 1 / _MAX_PIXEL_ASPECT < facts.pixel_aspect < _MAX_PIXEL_ASPECT:
-            self._pixel_aspect = facts.pixel_aspect
+        credible = 1 / _MAX_PIXEL_ASPECT < facts.pixel_aspect < _MAX_PIXEL_ASPECT
+        self._pixel_aspect = facts.pixel_aspect if credible else 1.0
         self._fps = fps if fps is not None else facts.fps if usable else DEFAULT_FPS
         super().__init__(
             description=f'{path} (video, {self._fps:g} frames per second'
@@ -140,13 +138,10 @@ class VideoSource(VideoFile):
     that are not selected are skipped without being converted.
     """
 
-    _swaps_axes = False
-
     def _examine(self) -> VideoFacts:
         with self._capture() as capture:
-            if not capture.grab():
+            if not capture.read()[0]:
                 raise SourceError(f'{self._path}: no frame of the video can be decoded')
-            self._retrieve(capture, 0)
             count = capture.get(cv2.CAP_PROP_FRAME_COUNT)
             aspect = capture.get(cv2.CAP_PROP_SAR_NUM), capture.get(cv2.CAP_PROP_SAR_DEN)
             # OpenCV rotates the images itself, but tells the pixels of the stored ones.
