@@ -46,7 +46,8 @@ class Diagnostics:
         self._publisher = entities.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._since_ns = time.monotonic_ns()
         self._warned = False
-        self._reported = (0, 0)
+        # What an earlier activation of the node has counted was reported by it.
+        self._reported = (health.bad, health.lost)
         self._several = ''
         self._said: dict[str, str] = {}
         self._measured = MeasurementReporter()

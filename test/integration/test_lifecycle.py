@@ -4,6 +4,7 @@
 
 import json
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import GetState
 from live import image, LATCHED, SHIFT, stop
@@ -78,6 +79,22 @@ def test_configure_activate_deactivate_cleanup_and_again(live, managed):
     assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
     assert stop(managed.process) == 0
     assert 'Traceback' not in live.logs()
+
+
+def test_an_image_that_cannot_be_used_is_reported_once(live, managed):
+    managed.start()
+    reports = live.listen(DiagnosticArray, '/diagnostics', 10)
+    assert live.change_state(Transition.TRANSITION_CONFIGURE)
+    assert live.change_state(Transition.TRANSITION_ACTIVATE)
+    bad = image(np.zeros((96, 160), np.uint8), SECOND)
+    bad.encoding = 'unknown'
+    live.camera().publish(bad)
+    live.until(lambda: reports and reports[-1].status[0].level == DiagnosticStatus.ERROR)
+    assert live.change_state(Transition.TRANSITION_DEACTIVATE)
+    reports.clear()
+    assert live.change_state(Transition.TRANSITION_ACTIVATE)
+    live.until(lambda: reports)
+    assert reports[0].status[0].level != DiagnosticStatus.ERROR
 
 
 def test_an_inactive_node_takes_a_threshold_and_saves_its_drive(live, managed, tmp_path):
