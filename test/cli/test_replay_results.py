@@ -2,8 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The output of replay: bags, figures, reports, and many sources at once."""
 
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 import csv
 import json
+import os
 import subprocess
 import sys
 
@@ -225,3 +228,19 @@ def test_a_batch_that_fails_leaves_what_another_program_has_written(
     message = refused(capsys, 'replay', folder, '--output', output, '--dask', 'tcp://127.0.0.1:9')
     assert 'no scheduler' in message
     assert files_in(output) == {'of another'}
+
+
+def test_a_worker_of_a_cluster_finds_the_mask(folder, tmp_path, monkeypatch):
+    """It runs in another working directory."""
+    (tmp_path / 'worker').mkdir()
+    cv2.imwrite(str(tmp_path / 'mask.png'), np.full((96, 160), 255, np.uint8))
+
+    @contextmanager
+    def cluster(_):
+        with ThreadPoolExecutor(1, initializer=os.chdir, initargs=('worker',)) as executor:
+            yield executor
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr('phase_traj_ros.cli.commands.replay_many.dask_executor', cluster)
+    assert run('replay', folder, '--output', 'out', '-p', 'mask_file:=mask.png',
+               '--dask', 'tcp://127.0.0.1:9') == 0

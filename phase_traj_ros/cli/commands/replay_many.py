@@ -13,6 +13,7 @@ from phase_traj_ros.cli.report import warn
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.outputs.manifest import MANIFEST
 from phase_traj_ros.io.outputs.outputs import check_directory
+from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.tasks.batch.engine import Batch
 from phase_traj_ros.tasks.batch.executors import dask_executor, IsolatedProcesses
 from phase_traj_ros.tasks.batch.outcome import Outcome, Status
@@ -52,7 +53,9 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
     if options.dask is not None:
         # The workers have other working directories.
         root, sources = root.absolute(), [source.absolute() for source in sources]
-        request = replace(request, output=root)
+        mask = request.parameters.mask_file
+        request = replace(request, output=root, parameters=replace(
+            request.parameters, mask_file=mask and str(user_path(mask).absolute())))
     requests = batch_of(request, sources, taken=(*SUMMARY_NAMES, MANIFEST))
     check_directory(root, names=SUMMARY_NAMES, inputs=requests[0].inputs, force=request.force)
     batch = Batch(requests)
