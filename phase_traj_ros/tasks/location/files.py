@@ -101,18 +101,20 @@ def _write_geojson(located: Located, path: Path) -> None:
 
 def _write_gpx(located: Located, path: Path) -> None:
     """Write the known parts of the track as segments of a GPX track."""
+    # XML has no control characters.
+    name = escape(''.join(filter(str.isprintable, located.odometry.source)))
     text = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<gpx version="1.1" creator="phase_traj_ros" xmlns="http://www.topografix.com/GPX/1/1">',
         '<metadata><copyright author="OpenStreetMap contributors"/></metadata>',
-        f'<trk><name>{escape(located.odometry.source)}</name>']
+        f'<trk><name>{name}</name>']
     for track in located.tracks:
         text.append('<trkseg>')
         for pose, (longitude, latitude) in zip(track, _coordinates(located, track)):
             time = f'<time>{_utc(pose.stamp_ns)}</time>' if pose.stamp_ns >= _EPOCH_NS else ''
             text.append(f'<trkpt lat="{latitude:.8f}" lon="{longitude:.8f}">{time}</trkpt>')
         text.append('</trkseg>')
-    path.write_text('\n'.join([*text, '</trk></gpx>', '']), encoding='utf-8', errors='replace')
+    path.write_text('\n'.join([*text, '</trk></gpx>', '']), encoding='utf-8')
 
 
 def _content(located: Located) -> dict[str, Any]:
