@@ -53,8 +53,7 @@ class BlockMotion:
         self._mask = None if mask is None else mask_weights(mask)
         self._excluded: NDArray[np.float32] | None = None
         self._form: tuple[tuple[int, ...], np.dtype[Any]] | None = None
-        self._primed = False
-        # The newest and the previous frame, reduced.
+        # The newest and the previous frame, reduced; empty if there is none.
         self._current = self._previous = np.empty((0, 0), np.float32)
 
     def exclude(self, weights: ArrayLike | None) -> None:
@@ -71,11 +70,10 @@ class BlockMotion:
         and after a change of size or type.
         """
         if (frame.shape, frame.dtype) != self._form:
-            self._allocate(frame.shape, frame.dtype)
-        self._current, self._previous = self._previous, self._current
-        self._current[...] = reduced(frame, self._scale, self._scale)
-        primed, self._primed = self._primed, True
-        return primed
+            self._begin(frame.shape, frame.dtype)
+        self._previous = self._current
+        self._current = reduced(frame, self._scale, self._scale).astype(np.float32)
+        return self._previous.size > 0
 
     def flow(self) -> BlockFlow:
         """
@@ -84,17 +82,17 @@ class BlockMotion:
         Changes of a block's brightness and contrast are allowed for. Displacements are valid up to
         about a pixel of the reduced frames. Larger ones give wrong vectors, but rarely small ones.
         """
-        parts, blocks = self._parts, self._blocks
-        height, width = parts.shape[1:]
-        both = np.add(self._current, self._previous, out=self._both)
+        rows, tall, columns, wide = self._split
+        height, width = rows * tall, columns * wide
+        both = self._current + self._previous
         down, right = slice(1, height + 1), slice(1, width + 1)
         # In the sum of both frames, central differences are four times the mean gradient.
-        np.subtract(both[down, 2:width + 2], both[down, :width], out=parts[0])
-        np.subtract(both[2:height + 2, right], both[:height, right], out=parts[1])
-        parts[2] = both[down, right]
-        np.subtract(self._current[down, right], self._previous[down, right], out=parts[3])
-        blocks[...] = parts.reshape(self._split).transpose(1, 3, 0, 2, 4)
-        samples = blocks.reshape(-1, 4, blocks.shape[3] * blocks.shape[4])
+        parts = np.stack([
+            both[down, 2:width + 2] - both[down, :width],
+            both[2:height + 2, right] - both[:height, right], both[down, right],
+            self._current[down, right] - self._previous[down, right]])
+        blocks = parts.reshape(4, *self._split).transpose(1, 3, 0, 2, 4)
+        samples = blocks.reshape(rows * columns, 4, tall * wide)
         samples -= samples.mean(axis=2, keepdims=True)
         return self._solve((samples @ samples.transpose(0, 2, 1)).astype(np.float64))
 
@@ -114,8 +112,8 @@ class BlockMotion:
             self._current - self._previous, self._current - moved,
             self._current - self._current.mean(), np.ones_like(moved)])
         parts = np.where(np.isfinite(moved), parts, np.float32(0))
-        rows, columns = self._parts.shape[1:]
-        split = parts[:, 1:rows + 1, 1:columns + 1].reshape(self._split)
+        rows, tall, columns, wide = self._split
+        split = parts[:, 1:rows * tall + 1, 1:columns * wide + 1].reshape(4, *self._split)
         squares = np.square(split[:3]).sum(axis=(2, 4))
         sums = split.sum(axis=(2, 4))
         count = np.maximum(sums[3], 1.0)
@@ -143,32 +141,29 @@ class BlockMotion:
         enough: NDArray[np.bool_] = texture > least
         return self._open & enough
 
-    def _allocate(self, shape: tuple[int, int], dtype: np.dtype[Any]) -> None:
+    def _begin(self, shape: tuple[int, int], dtype: np.dtype[Any]) -> None:
+        """Cut frames of this form into blocks; there is no previous frame."""
         self._form = shape, dtype
-        self._primed = False
         self._scale = 2 ** halvings(
             shape, pixels=TUNING.block_pixels, least=TUNING.min_block_px + 2)
-        height, width = (side // self._scale for side in shape)
+        self._size = height, width = shape[0] // self._scale, shape[1] // self._scale
         # Differences are taken within the frame, so no block contains its border.
         rows, columns = (
             max(min(most, (side - 2) // TUNING.min_block_px), 1)
             for most, side in zip(TUNING.max_blocks, (height, width)))
-        tall, wide = (height - 2) // rows, (width - 2) // columns
-        self._current, self._previous, self._both = np.empty((3, height, width), np.float32)
-        self._parts = np.empty((4, rows * tall, columns * wide), np.float32)
-        self._split = (4, rows, tall, columns, wide)
-        self._blocks = np.empty((rows, columns, 4, tall, wide), np.float32)
+        self._split = rows, (height - 2) // rows, columns, (width - 2) // columns
+        self._current = np.empty((0, 0), np.float32)
         self._open = self._open_blocks()
 
     def _open_blocks(self) -> NDArray[np.bool_]:
         """Return which blocks the mask and the areas left out leave open, (n,)."""
-        _, rows, tall, columns, wide = self._split
-        height, width = self._current.shape
+        rows, tall, columns, wide = self._split
+        height, width = self._size
         opened = np.ones(rows * columns, np.bool_)
         for mask in (self._mask, self._excluded):
             if mask is not None:
                 weights = cv2.resize(mask, (width, height), interpolation=cv2.INTER_AREA)
                 inner = weights[1:rows * tall + 1, 1:columns * wide + 1]
-                share = inner.reshape(self._split[1:]).mean(axis=(1, 3)).ravel()
+                share = inner.reshape(self._split).mean(axis=(1, 3)).ravel()
                 opened &= share >= TUNING.min_unmasked_share
         return opened

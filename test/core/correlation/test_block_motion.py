@@ -162,7 +162,7 @@ def test_nothing_of_a_frames_size_is_allocated_in_the_long_run():
         _, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
-    assert peak < 376 * 1241 / 2
+    assert peak < 376 * 1241
 
 
 @settings(max_examples=60, deadline=None)
