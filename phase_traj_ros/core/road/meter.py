@@ -368,9 +368,9 @@ class RoadMeter:
         Return the factor by which a slide is too large, as the pitch differs from that assumed.
 
         The slide is that since a frame with the pitch before the ``nod``, as the newest frame is
-        rotated to it.
+        rotated to it. See ``camera_pitch``.
         """
-        return self._view.slide_scale(depth, self.pitch.current + nod)
+        return math.exp(2.0 * depth * (self.pitch.current + nod - self._view.pitch))
 
     def _bridge_keyframe(self, interval: float) -> Travel:
         """Bridge a pair whose distance is measured with a later frame."""

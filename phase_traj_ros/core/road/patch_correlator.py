@@ -40,20 +40,18 @@ class PatchCorrelator:
         self._map, self._cross = aligned_zeros(padded), CrossPhase(padded)
         self.max_cells = int(TUNING.longest_slide * rows)
         """Largest slide in cells."""
-        self._reverse_cells = rows // 4
-        # The map is cyclic.
+        # The slides that are searched, and their scores. The map is cyclic.
+        self._cells = np.arange(-(rows // 4), self.max_cells + 2)
+        self._scores: NDArray[np.float64] = np.zeros(len(self._cells))
         self._search_region = np.ix_(
-            np.arange(-self._reverse_cells - reach, self.max_cells + 2 + reach) % height,
+            np.arange(self._cells[0] - reach, self._cells[-1] + 1 + reach) % height,
             np.arange(-TUNING.lateral_cells, TUNING.lateral_cells + 1) % width)
-        self._scores: NDArray[np.float64] = np.zeros(0)
         self.coherence = 0.0
         """Share of the whitened spectrum that stays in its place, 0 to 1."""
         # Of a window that is the product of a column and a row, the column is enough.
         column = np.sqrt(np.square(window).sum(axis=1, dtype=np.float64))
         overlap = np.correlate(column, column, 'full') / max(float(column @ column), 1e-9)
-        self._overlap = np.maximum(
-            overlap[rows - 1 - self._reverse_cells:rows + 1 + self.max_cells],
-            TUNING.min_overlap)
+        self._overlap = np.maximum(overlap[rows - 1 + self._cells], TUNING.min_overlap)
 
     def set_reference(self, patch: NDArray[np.float32]) -> None:
         """Make a patch the reference."""
@@ -70,7 +68,7 @@ class PatchCorrelator:
         unit = self._transforms.inverse(self._map)
         smoothed = cv2.filter2D(self._map[self._search_region], -1, self._kernel)
         slides = smoothed[self._reach:-self._reach]
-        still = slides[self._reverse_cells, TUNING.lateral_cells]
+        still = slides[-self._cells[0], TUNING.lateral_cells]
         self.coherence = float(still) / (unit * float(self._kernel.max()))
         best = slides.max(axis=1).astype(np.float64)
         noise = unit * math.sqrt(max(energy, 1e-12) / self._map.size) * cv2.norm(self._kernel)
@@ -78,42 +76,38 @@ class PatchCorrelator:
 
     def peak(self, least: float, most: float) -> Peak | None:
         """Return the highest significant peak from ``least`` to ``most`` cells, or None."""
-        first = max(math.floor(least) + self._reverse_cells, 1)
-        last = min(math.ceil(most) + self._reverse_cells, len(self._scores) - 2)
-        if last < first:
-            return None
         # The farther a patch slides, the less it overlaps: a wide peak would be pulled to zero.
-        full, scores = self._scores / self._overlap, self._scores[first:last + 1]
+        full = self._scores / self._overlap
+        before, middle, after = full[:-2], full[1:-1], full[2:]
+        scores, within = self._scores[1:-1], self._within(least, most)[1:-1]
         # The flank of a peak outside the limits does not count.
-        before, middle, after = (full[first + by:last + 1 + by] for by in (-1, 0, 1))
         peaks = np.flatnonzero(
-            (before < middle) & (middle >= after) & (scores >= TUNING.min_score))
+            within & (before < middle) & (middle >= after) & (scores >= TUNING.min_score))
         if not len(peaks):
             return None
         at = int(peaks[scores[peaks].argmax()])
-        left, centre, right = before[at], middle[at], after[at]
-        bend = left - 2.0 * centre + right
+        bend = before[at] - 2.0 * middle[at] + after[at]
         return Peak(
-            first + at - self._reverse_cells + 0.5 * (left - right) / bend, float(scores[at]))
+            self._cells[at + 1] + 0.5 * (before[at] - after[at]) / bend, float(scores[at]))
 
     def scores_at(self, cells: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the scores of slides, (N,) in cells; NaN beyond the range of the map."""
-        places = np.arange(len(self._scores)) - self._reverse_cells
-        return np.interp(cells, places, self._scores, left=np.nan, right=np.nan)
+        return np.interp(cells, self._cells, self._scores, left=np.nan, right=np.nan)
 
     def max_score(self, least: float, most: float) -> float:
         """Return the highest score from ``least`` to ``most`` cells."""
-        first = math.floor(least) + self._reverse_cells
-        last = math.ceil(most) + self._reverse_cells
-        return float(self._scores[max(first, 0):max(last + 1, 1)].max(initial=0.0))
+        return float(self._scores[self._within(least, most)].max(initial=0.0))
 
     def rival_score(self, cells: float | None) -> float:
         """Return the highest score, except next to a slide of ``cells``."""
-        scores = self._scores.copy()
-        if cells is not None:
-            at = round(cells) + self._reverse_cells
-            scores[max(at - TUNING.peak_half_width, 0):at + TUNING.peak_half_width + 1] = 0.0
-        return float(scores.max())
+        if cells is None:
+            return float(self._scores.max())
+        apart = np.abs(self._cells - round(cells)) > TUNING.peak_half_width
+        return float(self._scores[apart].max())
+
+    def _within(self, least: float, most: float) -> NDArray[np.bool_]:
+        """Return which of the slides are from ``least`` to ``most`` cells."""
+        return (self._cells >= math.floor(least)) & (self._cells <= math.ceil(most))
 
     def _transform(self, patch: NDArray[np.float32], *, keep: bool) -> float:
         height, width = patch.shape

@@ -3,7 +3,6 @@
 """The patches of the road that a camera sees, and the tilt for which they are made."""
 
 from dataclasses import replace
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,11 +98,3 @@ class RoadView:
         """Return a roll relative to that of the patches; 0 if it makes no difference."""
         lean = roll - self._horizon.roll
         return lean if abs(lean) > TUNING.min_lean else 0.0
-
-    def slide_scale(self, depth: float, pitch: float) -> float:
-        """
-        Return the factor by which slides at a ``depth`` are too large, at another ``pitch``.
-
-        See ``camera_pitch``.
-        """
-        return math.exp(2.0 * depth * (pitch - self.pitch))
