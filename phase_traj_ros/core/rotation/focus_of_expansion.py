@@ -67,12 +67,16 @@ class Mounting:
     def __init__(self, horizon: Horizon | None = None) -> None:
         """Start with a camera that points straight ahead, with the tilt ``horizon``."""
         horizon = horizon or Horizon()
-        self.angle = 0.0
-        """Azimuth in radians, positive to the right, ..."""
-        self._variance = TUNING.mounting_deviation ** 2
+        self.forget_azimuth()
         self.slope = -math.tan(horizon.pitch)
-        """...and slope, positive down: that of the horizon in the image."""
+        """Slope, positive down: that of the horizon in the image."""
         self._slope_variance = horizon.pitch_deviation ** 2
+
+    def forget_azimuth(self) -> None:
+        """Point straight ahead again, as far as is known; the slope is kept."""
+        self.angle = 0.0
+        """Azimuth in radians, positive to the right."""
+        self._variance = TUNING.mounting_deviation ** 2
 
     @property
     def deviation(self) -> float:
@@ -94,12 +98,6 @@ class Mounting:
         return FocusOfExpansion(
             self.angle, self.slope, TUNING.course_deviation ** 2 + self._variance,
             TUNING.slope_deviation ** 2 + self._slope_variance)
-
-    def without_azimuth(self) -> 'Mounting':
-        """Return a mounting of which nothing is known but the slope."""
-        other = Mounting()
-        other.slope, other._slope_variance = self.slope, self._slope_variance
-        return other
 
     def add(self, travel: FocusOfExpansion, interval: float, yaw_rate: float) -> None:
         """

@@ -93,8 +93,8 @@ class YawMeter:
         Make a meter for frames of the size of ``projection``.
 
         ``mask`` is the weight of each pixel of the frames, (H, W), 0 to 1; None if all count
-        equally. The slope of ``mounting`` and the ``roll`` are those of the camera, if they are
-        known from earlier frames.
+        equally. ``mounting``, of which the azimuth is forgotten, and ``roll`` are those of the
+        camera, if they are known from earlier frames.
 
         Raises
         ------
@@ -134,7 +134,7 @@ class YawMeter:
         self._passing = 0.0
         self._traffic.reset()
         self._speed: float | None = None
-        self.mounting = self.mounting.without_azimuth()
+        self.mounting.forget_azimuth()
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """
