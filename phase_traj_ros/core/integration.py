@@ -148,13 +148,12 @@ class Integration:
             travel=travel, metric=self._settings.metric,
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
             cut=pair.cut, frames=self.frames - self._measured_frame)
-        known = travel is not None and travel.known
         whole = Update(
             self.frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,
             self._tip, turned, () if heading is None else heading.turns, self._camera_change(),
             cut, odometry, travel, links,
-            travel.distance / interval if travel and known else None,
-            travel.variance / interval ** 2 if travel and known else None)
+            self.route.way.speed,
+            None if travel is None or not travel.known else travel.variance / interval ** 2)
         foreseen, self._foreseen, self._measured_frame = self._foreseen, None, self.frames
         self._trusted = whole if verdict.evidence is Evidence.TRUSTED else None
         return whole.after(foreseen)
