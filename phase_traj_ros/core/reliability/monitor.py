@@ -7,7 +7,6 @@ The verdict is on the last minute. The unreliable spans of a drive are kept.
 """
 
 from collections import Counter, deque
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from phase_traj_ros.core.reliability.reason import Evidence, Reason
@@ -148,19 +147,19 @@ class ReliabilityMonitor:
 
     def _reasons(self) -> list[Reason]:
         """Return the reasons against the pairs of the window."""
-        counts = self._counts
-        pairs = counts.total()
+        pairs = self._counts.total()
         if pairs < TUNING.min_pairs:
             # Too few pairs to give a cause, but they may all be trusted.
-            return [] if pairs and not self._distrust(counts) else [Reason.TOO_SHORT]
-        reasons = self._distrust(counts)
+            return [] if pairs and not self._distrust() else [Reason.TOO_SHORT]
+        reasons = self._distrust()
         if sum(part.cuts for part in self._parts) > TUNING.max_cuts * pairs:
             reasons.append(Reason.MANY_CUTS)
         return reasons
 
-    def _distrust(self, counts: Mapping[Evidence, int]) -> list[Reason]:
+    def _distrust(self) -> list[Reason]:
         """Return why most pairs cannot be trusted; empty if they can, or if nothing moved."""
-        pairs, apart = sum(counts.values()), counts[Evidence.APART]
+        counts = self._counts
+        pairs, apart = counts.total(), counts[Evidence.APART]
         if apart > TUNING.min_trusted * pairs:
             return [Reason.NOT_COMPARED]
         judged = pairs - counts[Evidence.STILL] - apart
