@@ -157,7 +157,7 @@ class FixedAreas:
                 TUNING.standing_share * self._samples.elapsed)
             self._mostly_unchanged = still_changes and (
                 TUNING.standing_share <= share < TUNING.driving_share)
-        self._reference, self._age = self._samples.gradients.copy(), 0.0
+        self._reference, self._age = self._samples.gradients, 0.0
 
     def _only_horizon_remains(self, since: Plane) -> bool:
         # Edges do not count: along a straight road, lane markings do not move either.

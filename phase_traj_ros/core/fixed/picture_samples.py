@@ -31,7 +31,7 @@ class PictureSamples:
         """The newest sample, (h, w), scaled to a mean brightness of 100."""
         self.gradients: Plane = np.zeros((3, height, width), np.float32)
         """Its gradients to the right and downwards (length 1 if strong), and their energy."""
-        self._previous: Plane = np.zeros((3, height, width), np.float32)
+        self._previous = self.gradients
         self.turned = 0.0
         """Sideways shift since the previous sample, in reduced pixels, without sign."""
         self.elapsed = 0.0
@@ -56,8 +56,7 @@ class PictureSamples:
         level = cv2.mean(picture)[0]
         gain = TUNING.brightness / level if level > 0.0 else 1.0
         self.picture = np.multiply(picture, np.float32(gain), dtype=np.float32)
-        self._previous, self.gradients = self.gradients, self._previous
-        self._differentiate()
+        self._previous, self.gradients = self.gradients, _differentiated(self.picture)
         left = self.cell_means(self.picture).std()
         self.blank = bool(left <= TUNING.noise_share * self.picture.std())
         primed, self._primed = self._primed, True
@@ -79,14 +78,12 @@ class PictureSamples:
         return cv2.resize(  # type: ignore[return-value]
             values, self._cells, interpolation=cv2.INTER_AREA)
 
-    def _differentiate(self) -> None:
-        across, down, energy = self.gradients
-        cv2.Sobel(self.picture, cv2.CV_32F, 1, 0, dst=across, scale=0.125)
-        cv2.Sobel(self.picture, cv2.CV_32F, 0, 1, dst=down, scale=0.125)
-        np.multiply(across, across, out=energy)
-        energy += down * down
-        soft = TUNING.gradient_energy_share * cv2.mean(energy)[0] + TUNING.noise_levels ** 2
-        length = cv2.sqrt(energy + soft)
-        cv2.divide(across, length, dst=across)
-        cv2.divide(down, length, dst=down)
-        cv2.divide(energy, energy + soft, dst=energy)
+
+def _differentiated(picture: Plane) -> Plane:
+    """Return the gradients of a sample and their energy, as ``PictureSamples.gradients``."""
+    across = cv2.Sobel(picture, cv2.CV_32F, 1, 0, scale=0.125)
+    down = cv2.Sobel(picture, cv2.CV_32F, 0, 1, scale=0.125)
+    energy = across * across + down * down
+    soft = TUNING.gradient_energy_share * cv2.mean(energy)[0] + TUNING.noise_levels ** 2
+    length = np.sqrt(energy + soft)
+    return np.stack([across / length, down / length, energy / (energy + soft)])
