@@ -3,6 +3,7 @@
 """The distance on real, rendered and filmed roads, and which frames it needs."""
 
 from dataclasses import replace
+import math
 
 from demo_street import street
 import numpy as np
@@ -12,6 +13,7 @@ from phase_traj_ros.core import (
     Lens,
     TrajectoryEstimator,
     TravelState,
+    View,
 )
 from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.road.road_camera import RoadCamera
@@ -20,6 +22,7 @@ from phase_traj_ros.synthetic import (
     Camera,
     KITTI_CAMERA,
     plan_drive,
+    pose_drive,
     poses_from_kitti,
     render_drive,
     Straight,
@@ -30,6 +33,23 @@ from phase_traj_ros.tasks.evaluation.scores import distance_error
 import pytest
 
 S = 10**9
+
+
+def test_a_camera_that_is_turned_upside_down_has_another_pitch():
+    """What was learned with the wrong ``rotate_180`` is wrong after the change."""
+    poses = np.zeros((50, 5))
+    poses[:, 0], poses[:, 3] = 0.6 * np.arange(50), math.radians(6.0)
+    drive = pose_drive(
+        'straight', poses, camera=Camera.with_field_of_view(496, 240, 82.0), seed=2)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        lens=Lens(hfov_deg=82.0), code_source=CodeSource.AUTO, camera_height=1.65))
+    for number, frame in enumerate(render_drive(drive)):
+        if number == 25:
+            estimator.reconfigure(replace(estimator.settings, view=View(rotate_180=True)))
+        update = estimator.update(np.ascontiguousarray(frame[::-1, ::-1]), number * S // 10)
+        if number > 26:
+            assert update.travel.state is TravelState.MEASURED
+            assert update.travel.distance == pytest.approx(0.6, rel=0.05)
 
 
 @pytest.mark.parametrize('road', ['rendered', 'real'])

@@ -70,7 +70,7 @@ class RoadCamera:
             speeds = before.speed_filter
             speeds.deviation += TUNING.lens_change_error * abs(speeds.speed)
             # The column of the principal point alone does not change the pitch.
-            if lens.horizon == self._form[0].horizon:
+            if (lens.horizon, camera.rotate_180) == (self._form[0].horizon, self._form[2]):
                 pitch = before.pitch
         self._form, self._meter = form, RoadMeter(
             camera.model, lens.horizon.with_given(pitch_deg=self._pitch_deg),
