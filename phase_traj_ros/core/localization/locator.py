@@ -64,10 +64,10 @@ class MapLocator:
         self._settings, self._scale, self._roads = settings, scale, roads
         self._rng = np.random.default_rng(seed)
         self._scale_correction = ScaleCorrection(scale, settings)
-        self._seeding = Seeding(roads, scale, settings, self._rng)
         self._motion = MotionModel(roads, scale, settings, self._rng)
         self._places = Places(roads, settings)
         self._reckoning = DeadReckoning(settings, scale.middle)
+        self._seeding = Seeding(roads, scale, settings, self._rng, self._reckoning)
         self._claim = Claim(settings, on_map=prior is not None)
         self._departure = DepartureDetector(settings)
         self._gate = fixes.FixGate(settings)
@@ -77,8 +77,8 @@ class MapLocator:
             max(settings.most_at_start // len(roads), settings.per_piece), settings.most_per_piece)
         self._most = max(settings.most_hypotheses, (self._per_piece + 1) * len(roads))
         self._hypotheses = (
-            self._seeding.anywhere(self._reckoning, log_mapped, copies=self._per_piece)
-            if prior is None else self._seeding.around(prior, self._reckoning, log_mapped))
+            self._seeding.anywhere(log_mapped, copies=self._per_piece)
+            if prior is None else self._seeding.around(prior, log_mapped))
         self._track = fixes.Track()
         self._seeded_at = 0.0
         self._past: deque[_Moment] = deque(maxlen=settings.u_turn_strides)
@@ -163,8 +163,7 @@ class MapLocator:
         if (share > settings.away and self._travelled - self._seeded_at > settings.reseed_every_m):
             self._seeded_at = self._travelled
             returning = null.log_weight + math.log(settings.return_anywhere)
-            self._hypotheses = self._hypotheses.joined(
-                self._seeding.anywhere(self._reckoning, returning))
+            self._hypotheses = self._hypotheses.joined(self._seeding.anywhere(returning))
             null.log_weight += math.log1p(-settings.return_anywhere)
 
     def _with_u_turns(self, hypotheses: Hypotheses, stride: Stride) -> Hypotheses:
@@ -184,7 +183,7 @@ class MapLocator:
             before.hypotheses, reckoning.position - before.position, self._most)
         back.log_weight = back.log_weight + (
             math.log(settings.turn_back) + self._null.log_fit - before.log_fit)
-        return hypotheses.joined(self._seeding.retraced(back, reckoning))
+        return hypotheses.joined(self._seeding.retraced(back))
 
     def _find(self, least: float) -> None:
         """Find the places; drop the claim unless the first one has at least this probability."""
@@ -271,7 +270,7 @@ class MapLocator:
         prior = Prior(
             fix.x, fix.y, 3.0 * math.hypot(fixes.radius_of(fix), settings.fix_road_m) + moved)
         if self._roads.distance_to(fix.x, fix.y) <= prior.radius:
-            near = self._seeding.around(prior, self._reckoning, total)
+            near = self._seeding.around(prior, total)
             near.log_weight = near.log_weight + fixes.log_likelihood(
                 fix, near.displaced(since), self._roads.area, settings)
             near.log_weight += total - near.log_total
@@ -321,14 +320,13 @@ class MapLocator:
         moved = self._motion.unobserved(
             resampled(self._hypotheses, most, self._rng), since, distance, most)
         if turn < settings.unknown_heading:
-            moved = self._seeding.aligned(moved, turn, self._reckoning)
+            moved = self._seeding.aligned(moved, turn)
             self._null.variance += turn ** 2
         else:
-            moved = self._seeding.facing(
-                moved.joined(self._motion.facing_back(moved)), self._reckoning)
+            moved = self._seeding.facing(moved.joined(self._motion.facing_back(moved)))
             moved.log_weight = moved.log_weight - math.log(2.0)
             self._null.variance = settings.start_heading ** 2
-        moved = self._seeding.retraced(moved, self._reckoning)
+        moved = self._seeding.retraced(moved)
         if len(spread):
             spread.log_weight += log_total + math.log(settings.gap_off_road) - spread.log_total
             moved = moved.joined(spread)
@@ -350,8 +348,7 @@ class MapLocator:
         its heading is off by ``turn`` radians, see ``interrupt``.
         """
         sample = resampled(self._hypotheses, self._settings.spread_from, self._rng)
-        return self._seeding.spread(
-            sample, distance + PIECE_M, turn, since, self._reckoning)
+        return self._seeding.spread(sample, distance + PIECE_M, turn, since)
 
     def _replace(self, hypotheses: Hypotheses) -> None:
         """Replace the hypotheses by others, unless there are none; any heading is possible."""
@@ -368,7 +365,7 @@ class MapLocator:
         hypotheses = self._hypotheses
         hypotheses.log_weight = hypotheses.log_weight + math.log1p(-share)
         self._hypotheses = hypotheses.joined(
-            self._seeding.anywhere(self._reckoning, anywhere + math.log1p(-null_share)))
+            self._seeding.anywhere(anywhere + math.log1p(-null_share)))
         self._null.log_weight = float(np.logaddexp(
             self._null.log_weight + math.log1p(-share), anywhere + math.log(null_share)))
 
