@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from benchmarks.heading.drives import bonnet, Frame
+from benchmarks.shared.clips import at_axle
 import numpy as np
 from phase_traj_ros.core.heading.turns import Turn as FoundTurn
 from phase_traj_ros.synthetic import (
@@ -131,21 +132,13 @@ def right_order(turns: Iterable[FoundTurn], *, frames: int) -> str:
     return expression
 
 
-def ways(poses: np.ndarray, camera: Camera) -> list[float]:
-    """Return the ways along poses (N, 2 or more), in heights of a camera above the road."""
-    steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
-    return [0.0, *(np.cumsum(steps) / camera.above_ground)]
-
-
 def ride(plan: str, mount: str) -> tuple[Drive, Iterator[Frame]]:
     """Return the drive of one of the plans with one of the cameras, and what it sees."""
     sits = MOUNTS[mount]
     drive = plan_drive(
         f'{plan}, {mount}', PLANS[plan], rate_hz=sits.rate_hz, speed=_SPEED, camera=sits.camera,
         seed=23)
-    poses = drive.poses.copy()
-    poses[:, 0] += sits.ahead * np.cos(poses[:, 2])
-    poses[:, 1] += sits.ahead * np.sin(poses[:, 2])
+    poses = at_axle(drive.poses, -sits.ahead)
     poses[:, 2] += np.radians(sits.yaw_deg)
     poses[:, 3:] = np.radians((sits.pitch_deg, sits.roll_deg))
     drive = replace(drive, poses=poses)

@@ -14,7 +14,7 @@ import time
 
 from benchmarks.shared.clips import kitti, on_disk
 from benchmarks.shared.report import ROOT
-from benchmarks.turns.any_camera_drives import BETWEEN, ride, right_order, ways
+from benchmarks.turns.any_camera_drives import BETWEEN, ride, right_order
 import cv2
 import numpy as np
 from phase_traj_ros.core import (
@@ -32,6 +32,7 @@ from phase_traj_ros.io.sources.base import Candidate, FrameSource, StampedFrame
 from phase_traj_ros.io.sources.selection import EVERYTHING
 from phase_traj_ros.tasks.batch.job import replay_source
 from phase_traj_ros.tasks.batch.request import ReplayRequest
+from phase_traj_ros.tasks.evaluation.scores import way_along
 
 #: Thresholds of the paper's state machine, in degrees per second.
 THRESHOLDS = (8.0, 12.0, 16.0, 20.0, 25.0)
@@ -113,7 +114,7 @@ def rendered(plan: str, camera: str) -> Drive:
     kept = on_disk(_file(plan, camera, 'npy'), (len(drive), model.height, model.width), frames)
     return Drive(
         plan, camera, kept, drive.stamps_ns.tolist(), np.unwrap(drive.poses[:, 2]), model.focal,
-        ways(drive.poses, model))
+        (way_along(drive.poses[:, :2]) / model.above_ground).tolist())
 
 
 def kept(plan: str, camera: str) -> Outcome | None:
