@@ -66,7 +66,6 @@ class Follower:
             code_source=source, lens=Lens(focal_px=focal_px or ride.camera.focal)))
         self._codes = HeadingCode()
         self._headings = [0.0]
-        self._turns: list[Turn] = []
         self._frames = 0
 
     def update(self, frame: np.ndarray) -> float | None:
@@ -78,7 +77,6 @@ class Follower:
         step = update.heading
         assert step is not None
         self._codes.update(step.heading, step.rate)
-        self._turns += update.turns
         self._headings.append(step.heading)
         return step.yaw
 
@@ -88,7 +86,7 @@ class Follower:
         assert compass is not None
         changes = tuple(int(code) for code in self._codes.movement if code in (0, 2))
         return Result(
-            self._ride, np.array(self._headings), self._turns + compass.finish(),
+            self._ride, np.array(self._headings), [*self._estimator.turns, *compass.finish()],
             changes, compass.tracker.bridged)
 
 
