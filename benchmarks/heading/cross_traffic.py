@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 import math
 
+from benchmarks.shared.clips import paste
 from benchmarks.shared.report import paragraphs, table, versions, write_page
 import cv2
 import numpy as np
@@ -65,13 +66,9 @@ class Lorry:
         rows, columns = frame.shape
         length = round(self.width * columns)
         way = round((columns + length) * (seconds - self.begins_s) / self.lasts_s)
-        begin = way - length if self.to_right else columns - way
-        left, right = max(begin, 0), min(begin + length, columns)
-        if not 0.0 <= seconds - self.begins_s <= self.lasts_s or left >= right:
-            return
-        top, height = round(self.top * rows), round(self.height * rows)
-        board = _board(self.seed, height, length)
-        frame[top:top + height, left:right] = board[:, left - begin:right - begin]
+        if 0.0 <= seconds - self.begins_s <= self.lasts_s:
+            paste(frame, _board(self.seed, round(self.height * rows), length),
+                  round(self.top * rows), way - length if self.to_right else columns - way)
 
 
 @cache

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from benchmarks.shared.clips import Clip, kitti_clip, kitti_poses, mirrored
+from benchmarks.shared.clips import Clip, kitti_clip, kitti_poses, mirrored, paste
 from benchmarks.shared.conditions import Condition, CONDITIONS, each_frame
 import cv2
 import numpy as np
@@ -178,13 +178,6 @@ def _shaken(frame: np.ndarray, pixels: float, seed: tuple[int, int]) -> np.ndarr
         frame, matrix, (width, height), flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT)
 
 
-def _pasted(frame: np.ndarray, patch: np.ndarray, top: int, left: int) -> None:
-    """Draw the part of a patch that is within the frame, in place."""
-    begin, end = max(left, 0), min(left + patch.shape[1], frame.shape[1])
-    if begin < end:
-        frame[top:top + patch.shape[0], begin:end] = patch[:, begin - left:end - left]
-
-
 def _texture(shape: tuple[int, int], seed: int) -> np.ndarray:
     """Return panes and panels like those of a vehicle's side."""
     rng = np.random.default_rng(seed)
@@ -206,7 +199,7 @@ def _passed(
     for number in range(count):
         image = frame.copy()
         left = (start + share + number * speed) % (1.0 + share) - share
-        _pasted(image, vehicle, int(0.9 * height) - len(vehicle), round(left * width))
+        paste(image, vehicle, int(0.9 * height) - len(vehicle), round(left * width))
         yield image
 
 
@@ -221,7 +214,7 @@ def _walked(frame: np.ndarray, count: int, seed: int) -> Iterator[np.ndarray]:
         image = frame.copy()
         for person, start, speed in people:
             left = int((start + number * speed) % 1.0 * width)
-            _pasted(image, person, int(0.5 * height), left)
+            paste(image, person, int(0.5 * height), left)
         yield image
 
 

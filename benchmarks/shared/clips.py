@@ -146,3 +146,10 @@ def mirrored(clip: Clip) -> Clip:
     camera = replace(clip.camera, cx=clip.camera.width - 1 - clip.camera.cx)
     frames = [np.ascontiguousarray(cv2.flip(frame, 1)) for frame in clip.frames]
     return Clip(f'{clip.name}, mirrored', camera, frames, -clip.yaw)
+
+
+def paste(frame: np.ndarray, patch: np.ndarray, top: int, left: int) -> None:
+    """Draw the part of a patch that is within the width of the frame, in place."""
+    begin, end = max(left, 0), min(left + patch.shape[1], frame.shape[1])
+    if begin < end:
+        frame[top:top + patch.shape[0], begin:end] = patch[:, begin - left:end - left]
