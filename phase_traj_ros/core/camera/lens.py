@@ -93,8 +93,14 @@ class Lens:
         elif self.camera is not None:
             self._set(origin=LensOrigin.CALIBRATION, estimate=None, _focal=self.camera.fx)
         elif self.estimate is not None:
-            self._set(origin=LensOrigin.DRIVE)
-            self._take(self.estimate)
+            estimate = self.estimate
+            # It has been checked.
+            self._set(
+                origin=LensOrigin.DRIVE, straightness=estimate.straightness,
+                pitch_deg=estimate.pitch_deg, roll_deg=estimate.roll_deg,
+                offset=estimate.column_px / estimate.width, horizon=estimate.horizon,
+                focal_deviation=estimate.focal_deviation,
+                _focal_widths=estimate.focal_px / estimate.width)
             return
         else:
             raise ValueError(
@@ -118,15 +124,6 @@ class Lens:
         self._set(horizon=Horizon().with_given(pitch_deg=self.pitch_deg, roll_deg=self.roll_deg))
         if self.assumed:
             self._set(origin=LensOrigin.ASSUMED, focal_deviation=TUNING.assumed_deviation)
-
-    def _take(self, estimate: CameraEstimate) -> None:
-        """Use an estimate, which has been checked."""
-        self._set(
-            straightness=estimate.straightness, pitch_deg=estimate.pitch_deg,
-            roll_deg=estimate.roll_deg, offset=estimate.column_px / estimate.width,
-            horizon=estimate.horizon,
-            focal_deviation=estimate.focal_deviation,
-            _focal_widths=estimate.focal_px / estimate.width)
 
     def _set(self, **values: object) -> None:
         for name, value in values.items():
