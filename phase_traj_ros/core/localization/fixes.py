@@ -176,8 +176,8 @@ class FixGate:
         self._anywhere = anywhere or (self._anywhere and self._last is None and not known)
         # Each with the metres travelled up to it.
         self._last = None
-        self._doubted: tuple[PositionFix, float] | None = None
-        self._doubts = 0
+        # Those in a row that contradict the estimate, and agree with each other.
+        self._doubted: list[tuple[PositionFix, float]] = []
         # The first of the newest fixes at one position.
         self._repeated: tuple[PositionFix, float] | None = None
 
@@ -213,16 +213,14 @@ class FixGate:
                 return GateDecision.REJECT
         else:
             doubted = self._doubted
-            if doubted is not None and self._agree(*doubted, fix, travelled):
-                if travelled - doubted[1] < settings.fix_spacing_m:
-                    return GateDecision.REJECT
-                self._doubts += 1
-            else:
-                self._doubts = 1
-            self._doubted = fix, travelled
-            if self._doubts < settings.fixes_to_convince:
+            if doubted and not self._agree(*doubted[-1], fix, travelled):
+                doubted.clear()
+            if doubted and travelled - doubted[-1][1] < settings.fix_spacing_m:
                 return GateDecision.REJECT
-        self._last, self._doubted, self._doubts = (fix, travelled), None, 0
+            doubted.append((fix, travelled))
+            if len(doubted) < settings.fixes_to_convince:
+                return GateDecision.REJECT
+        self._last, self._doubted = (fix, travelled), []
         first = self._anywhere and last is None and expected is None
         return GateDecision.RESTART if first or not fits else GateDecision.WEIGH
 
