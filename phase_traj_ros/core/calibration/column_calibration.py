@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Learns the column of the principal point of a camera whose focal length is given."""
+"""Fits a lens whose focal length is given to the turns, to learn where its centre is."""
 
 from dataclasses import replace
 

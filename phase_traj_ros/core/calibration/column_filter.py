@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Learns the column of the principal point of a camera whose focal length is given."""
+"""Estimates the column of the principal point, given the focal length, from fits to turns."""
 
 import math
 from statistics import median

@@ -3,8 +3,8 @@
 """
 Learns a camera from the drive: from frames to fits of its lens to the turns (``turn_fit``).
 
-What the fits tell depends on what is known: ``LensCalibration`` learns an unknown camera,
-``ColumnCalibration`` the column of the principal point of a given lens.
+``LensCalibration`` learns an unknown camera from the fits, ``ColumnCalibration`` the column of the
+principal point of a given lens.
 """
 
 from abc import ABC, abstractmethod

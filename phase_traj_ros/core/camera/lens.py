@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lens of a camera: from parameters, a calibration, the drive, or a guess."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 import math
 
@@ -159,6 +159,13 @@ class Lens:
             and abs(self.straightness - other.straightness) < TUNING.same_straightness
             and abs(self.offset - other.offset) < offset
             and abs(self.tilt / other.tilt - 1.0) < TUNING.same_lens)
+
+    def turned_180(self) -> 'Lens':
+        """Return the lens in upright images, if it was learned from images upside down."""
+        if self.estimate is None:
+            return replace(self, offset=-self.offset)
+        return Lens(estimate=replace(
+            self.estimate, column_px=-self.estimate.column_px, pitch_deg=-self.estimate.pitch_deg))
 
     def camera_for(self, shape: tuple[int, int]) -> CameraModel:
         """

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures the yaw in the frames of a camera, whose lens is given or learned from the drive."""
 
-from dataclasses import replace
 import math
 
 import numpy as np
@@ -145,9 +144,8 @@ class YawCamera:
         if upside_down != self.rotate_180:
             self.rotate_180 = upside_down
             self._meter = None
-            if self.lens.offset != self.given.offset and self.lens.origin is LensOrigin.GIVEN:
-                # It was learned in the other upright image.
-                self.lens = replace(self.lens, offset=-self.lens.offset)
+            if self.lens != self.given:
+                self.lens = self.lens.turned_180()
             if self._learning is not None:
                 # The learned tilt applies to the other mounting.
                 self._learning.forget()
@@ -276,7 +274,7 @@ class YawCamera:
     def _set_lens(self, lens: Lens) -> float:
         """Use another lens; return the factor that corrects angles measured with a guess."""
         before, self.lens = self.lens, lens
-        if not self._shape or self._learning is None or self._learning.estimate is None:
+        if not self._shape or before.origin not in (LensOrigin.ASSUMED, LensOrigin.DRIVE):
             return 1.0
         width = self._shape[1]
         # Not the roll: the current one has been taken into account.

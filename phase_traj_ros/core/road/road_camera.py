@@ -69,7 +69,8 @@ class RoadCamera:
         if self._form is not None and before is not None:
             speeds = before.speed_filter
             speeds.deviation += TUNING.lens_change_error * abs(speeds.speed)
-            # The column of the principal point alone does not change the pitch.
+            # The column of the principal point alone does not change the pitch; turning the
+            # camera upside down does.
             if (lens.horizon, camera.rotate_180) == (self._form[0].horizon, self._form[2]):
                 pitch = before.pitch
         self._form, self._meter = form, RoadMeter(

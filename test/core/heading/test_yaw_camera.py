@@ -153,6 +153,17 @@ def test_a_learned_camera_is_taken_even_if_it_is_what_was_guessed():
         assert estimator.tracker.scale_deviation == learned.focal_deviation
 
 
+def test_a_camera_learned_upside_down_is_the_same_one_the_right_way_up():
+    _, frames = turning('barrel')
+    learned = replace(FOUND, pitch_deg=6.0, roll_deg=2.0)
+    camera = YawCamera(Lens(hfov_deg=75.0, assumed=True), learning=_Told(learned))
+    follow(VisualCompass(camera), frames[:3])
+    assert camera.lens == Lens(estimate=learned)
+    camera.set_upside_down(True)
+    assert camera.lens == Lens(estimate=replace(learned, column_px=-24.0, pitch_deg=-6.0))
+    assert VisualCompass(camera).camera.measure(frames[3], 0.1) is None
+
+
 class _Column(ColumnCalibration):
     """Learns another column of the principal point from each frame."""
 
