@@ -46,8 +46,6 @@ class Diagnostics:
         self._publisher = entities.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._since_ns = time.monotonic_ns()
         self._warned = False
-        # What an earlier activation of the node has counted was reported by it.
-        self._reported = (health.bad, health.lost)
         self._several = ''
         self._said: dict[str, str] = {}
         self._measured = MeasurementReporter()
@@ -58,8 +56,7 @@ class Diagnostics:
         self._watch_publishers()
         frozen = Reason.FROZEN in self._estimator.reliability.reasons
         self._warn_once('repeats', Reason.FROZEN.sentence if frozen else '')
-        bad, lost = self._health.bad - self._reported[0], self._health.lost - self._reported[1]
-        self._reported = (self._health.bad, self._health.lost)
+        bad, lost = self._health.take_faults()
         if lost:
             self._warn_of_losses(lost)
         # Computing the medians takes time.

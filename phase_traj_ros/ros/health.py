@@ -69,6 +69,7 @@ class Health:
     responses: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
     _stages: dict[Stage, deque[int]] = field(
         default_factory=lambda: {stage: deque(maxlen=_KEPT) for stage in Stage})
+    _taken: tuple[int, int] = (0, 0)
     _totals: deque[int] = field(default_factory=lambda: deque(maxlen=_KEPT))
     _arrivals: deque[int] = field(default_factory=lambda: deque(maxlen=100))
 
@@ -84,6 +85,11 @@ class Health:
         """Count an image that could not be used."""
         self.bad += 1
         self.last_error = reason
+
+    def take_faults(self) -> tuple[int, int]:
+        """Return how many images were unusable, and lost, since the last call."""
+        before, self._taken = self._taken, (self.bad, self.lost)
+        return self.bad - before[0], self.lost - before[1]
 
     def took(self, stage: Stage, nanoseconds: int) -> None:
         """Record the duration of a stage for one image."""

@@ -64,3 +64,13 @@ def test_figures_are_bounded():
     assert (health.images, health.lost) == (5000, 5000)
     assert health.microseconds(Stage.CODE) > 4
     assert len(health.responses) == 1000
+
+
+def test_each_fault_is_taken_once():
+    health = Health()
+    health.arrived(0, lost=3)
+    health.rejected('dark')
+    assert health.take_faults() == (1, 3)
+    health.rejected('dark')
+    assert health.take_faults() == (1, 0)
+    assert health.take_faults() == (0, 0)
