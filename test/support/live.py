@@ -120,7 +120,7 @@ class Live:
         client = self._clients.get(service)
         # Most calls do no harm if they come twice.
         harmless = not service.endswith(('/save', '/change_state'))
-        again_s = 3.0 if harmless else 20.0
+        again_s = 3.0 if harmless else 10.0
         if client is None:
             client = self._clients[service] = self.node.create_client(kind, service)
             self.until(client.service_is_ready)

@@ -53,9 +53,11 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
     if options.dask is not None:
         # The workers have other working directories.
         root, sources = root.absolute(), [source.absolute() for source in sources]
-        mask = request.parameters.mask_file
-        request = replace(request, output=root, parameters=replace(
-            request.parameters, mask_file=mask and str(user_path(mask).absolute())))
+        parameters = request.parameters
+        if parameters.mask_file:
+            mask = user_path(parameters.mask_file).absolute()
+            parameters = replace(parameters, mask_file=str(mask))
+        request = replace(request, output=root, parameters=parameters)
     requests = batch_of(request, sources, taken=(*SUMMARY_NAMES, MANIFEST))
     check_directory(root, names=SUMMARY_NAMES, inputs=requests[0].inputs, force=request.force)
     batch = Batch(requests)

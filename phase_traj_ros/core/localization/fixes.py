@@ -176,7 +176,7 @@ class FixGate:
         self._anywhere = anywhere or (self._anywhere and self._last is None and not known)
         # Each with the metres travelled up to it.
         self._last = None
-        # Those in a row that contradict the estimate, and agree with each other.
+        # Those in a row that contradict the estimate; each agrees with the one before.
         self._doubted: list[tuple[PositionFix, float]] = []
         # The first of the newest fixes at one position.
         self._repeated: tuple[PositionFix, float] | None = None

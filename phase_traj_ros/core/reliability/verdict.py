@@ -98,8 +98,12 @@ class Spans:
 
     def within(self, start_ns: int, end_ns: int) -> int:
         """Return the overlap of the spans with another one, in nanoseconds."""
-        return sum(
-            max(min(end, end_ns) - max(start, start_ns), 0) for start, end in self._kept)
+        taken = 0
+        for start, end in reversed(self._kept):
+            if end <= start_ns:
+                break
+            taken += max(min(end, end_ns) - max(start, start_ns), 0)
+        return taken
 
 
 def in_order(spans: Mapping[Reason, Iterable[tuple[int, int]]]) -> tuple[UnreliableSpan, ...]:

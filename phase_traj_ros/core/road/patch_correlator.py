@@ -101,9 +101,9 @@ class PatchCorrelator:
     def rival_score(self, cells: float | None) -> float:
         """Return the highest score, except next to a slide of ``cells``."""
         if cells is None:
-            return float(self._scores.max())
+            return float(self._scores.max(initial=0.0))
         apart = np.abs(self._cells - round(cells)) > TUNING.peak_half_width
-        return float(self._scores[apart].max())
+        return float(self._scores[apart].max(initial=0.0))
 
     def _within(self, least: float, most: float) -> NDArray[np.bool_]:
         """Return which of the slides are from ``least`` to ``most`` cells."""

@@ -73,7 +73,7 @@ class Mounting:
         self._slope_variance = horizon.pitch_deviation ** 2
 
     def forget_azimuth(self) -> None:
-        """Point straight ahead again, as far as is known; the slope is kept."""
+        """Forget the azimuth; the slope is kept."""
         self.angle = 0.0
         """Azimuth in radians, positive to the right."""
         self._variance = TUNING.mounting_deviation ** 2

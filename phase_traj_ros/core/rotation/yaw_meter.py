@@ -93,8 +93,8 @@ class YawMeter:
         Make a meter for frames of the size of ``projection``.
 
         ``mask`` is the weight of each pixel of the frames, (H, W), 0 to 1; None if all count
-        equally. ``mounting``, of which the azimuth is forgotten, and ``roll`` are those of the
-        camera, if they are known from earlier frames.
+        equally. ``mounting`` and ``roll`` are those of the camera, if they are known from earlier
+        frames; the azimuth of ``mounting`` is reset.
 
         Raises
         ------

@@ -10,7 +10,7 @@ the start of a selection.
 
 from bisect import bisect_left
 from collections.abc import Generator, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
@@ -58,12 +58,10 @@ def _end(stream: Any) -> float:
 
 def _packets(container: Any, stream: Any) -> Iterator[Any]:
     """Yield the packets of a stream."""
-    try:
+    # PyAV raises an IndexError after the last packet if the file has streams that it does not
+    # announce, such as the GPS data of a dash camera.
+    with suppress(IndexError):
         yield from container.demux(stream)
-    except IndexError:
-        # Comes after the last packet, if there are streams that the file does not announce, such
-        # as the GPS data of a dash camera.
-        return
 
 
 class PyavSource(VideoFile):
@@ -79,7 +77,8 @@ class PyavSource(VideoFile):
 
     def _examine(self) -> VideoFacts:
         with self._stream() as (container, stream):
-            first = next(container.decode(stream), None)
+            first = next(chain.from_iterable(
+                packet.decode() for packet in _packets(container, stream)), None)
             if first is None:
                 raise SourceError(f'{self._path}: no frame of the video can be decoded')
             self._origin = first.pts or 0
@@ -171,7 +170,7 @@ class PyavSource(VideoFile):
         return self._pictures(0)
 
     def _pictures(self, skipped: int) -> Iterator[Any]:
-        """Yield the frames after so many packets, and the error of each that is not decoded."""
+        """Yield the frames of all packets but the first, and the error of what is not decoded."""
         import av
         with self._stream() as (container, stream):
             # Unlike a seek, this is exact in every container.

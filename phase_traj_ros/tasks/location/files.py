@@ -8,6 +8,7 @@ import csv
 from datetime import datetime, timedelta, timezone
 import json
 from pathlib import Path
+import re
 from typing import Any, Final
 from xml.sax.saxutils import escape
 
@@ -30,6 +31,7 @@ LOCATION_FILES: Final = ('location.csv', 'track.geojson', 'track.gpx', REPORT)
 _MOST_CANDIDATES: Final = 5
 # Stamps from 2001 on are times; smaller ones count from the start of a recording.
 _EPOCH_NS: Final = 10**18
+_NOT_IN_XML: Final = re.compile(r'[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]')
 
 
 def write_location(
@@ -101,8 +103,7 @@ def _write_geojson(located: Located, path: Path) -> None:
 
 def _write_gpx(located: Located, path: Path) -> None:
     """Write the known parts of the track as segments of a GPX track."""
-    # XML has no control characters.
-    name = escape(''.join(filter(str.isprintable, located.odometry.source)))
+    name = escape(_NOT_IN_XML.sub('_', located.odometry.source))
     text = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<gpx version="1.1" creator="phase_traj_ros" xmlns="http://www.topografix.com/GPX/1/1">',

@@ -89,9 +89,10 @@ def test_tracks_have_the_form_that_map_programs_read(made, tmp_path):
 
 def test_a_source_of_any_name_is_named_in_the_track(made, tmp_path):
     _, odometry, roads = made
-    write_location(locate(replace(odometry, source='a\x1b<b>\ud800'), roads), tmp_path, title='')
+    odometry = replace(odometry, source='a\x1b<b>\ud800 \u6771\u200d')
+    write_location(locate(odometry, roads), tmp_path, title='')
     name = ElementTree.parse(tmp_path / 'track.gpx').getroot().find(f'./{GPX}trk/{GPX}name')
-    assert name.text == 'a<b>'
+    assert name.text == 'a_<b>_ \u6771\u200d'
 
 
 def test_stamps_that_do_not_count_from_1970_are_no_times(made, tmp_path):

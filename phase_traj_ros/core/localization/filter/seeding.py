@@ -22,8 +22,8 @@ class Seeding:
         """
         Prepare a map.
 
-        ``scale`` is the prior of the scale; ``reckoning`` has the heading and the trail of all
-        hypotheses, as of the time of each call.
+        ``scale`` is the prior of the scale. ``reckoning`` gives the heading and the trail that all
+        hypotheses share; each call reads its current state.
         """
         self._roads, self._scale, self._settings, self._rng = roads, scale, settings, rng
         self._reckoning = reckoning
@@ -75,7 +75,7 @@ class Seeding:
             Standard deviation of the unobserved change of the heading in radians.
         since
             Displacement of the odometry from the last stride to the interruption, at which the
-            dead reckoning has begun a new one.
+            dead reckoning has begun a new stride.
 
         """
         roads, settings, found = self._roads, self._settings, []
