@@ -84,11 +84,11 @@ def folder_of(request: ReplayRequest) -> str:
 
 def _replay(request: ReplayRequest, progress: Progress) -> Replay:
     with request.opened() as source:
-        passes = 2 if request.parameters.settings.learns_lens and not request.one_pass else 1
-        total = None if source.frame_count is None else passes * source.frame_count
         done = count()
 
-        def counted(frames: Iterable[Entry], _: str) -> Iterator[Entry]:
+        def counted(frames: Iterable[Entry], which: str) -> Iterator[Entry]:
+            # The passes have names if there are two.
+            total = source.frame_count and source.frame_count * (2 if which else 1)
             for frame in frames:
                 progress(next(done), total)
                 yield frame

@@ -165,6 +165,17 @@ def test_a_pass_for_learning_writes_nothing_and_is_counted_as_progress(folder, t
         assert content['camera']['origin'] == 'drive'
 
 
+def test_a_camera_that_the_source_gives_is_counted_as_one_pass(folder, tmp_path):
+    (tmp_path / 'image_0').symlink_to(folder)
+    (tmp_path / 'calib.txt').write_text(
+        'P0: 112.0 0.0 159.5 0.0 0.0 112.0 79.5 0.0 0.0 0.0 1.0 0.0\n')
+    done = []
+    outcome = run_request(
+        ReplayRequest(source=tmp_path / 'image_0'), lambda *progress: done.append(progress))
+    assert outcome.error == ''
+    assert done == [(index, len(YAWS)) for index in range(len(YAWS))]
+
+
 class _Counted(FrameSource):
     """Yields frames of noise, and counts how often they are read; some are invalid."""
 
