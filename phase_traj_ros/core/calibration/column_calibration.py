@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fits a lens whose focal length is given to the turns, to learn where its centre is."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 from phase_traj_ros.core.calibration.column_filter import ColumnFilter
-from phase_traj_ros.core.calibration.self_calibration import guesses_for, SelfCalibration, usable
+from phase_traj_ros.core.calibration.self_calibration import guesses_for, SelfCalibration
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_fit import fit_turn, TurnFit
 from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
@@ -44,14 +45,13 @@ class ColumnCalibration(SelfCalibration):
         """Return whether the turns contradict the focal length that was given."""
         return self._column is not None and self._column.contradicted
 
-    def _fit(self, tracks: TurnTracks) -> TurnFit | None:
+    def _fits(self, tracks: TurnTracks) -> Iterator[TurnFit | None]:
         """Fit from the given lens; if that fails, from other start values."""
         assert self._column is not None
         width = self._width
         given = self._given.focal_for(width), self._given.straightness, self._column.column
-        fit = usable(fit_turn(tracks, [given], width=width), tracks, width)
-        return fit or usable(
-            fit_turn(tracks, guesses_for(TUNING.guesses, width), width=width), tracks, width)
+        yield fit_turn(tracks, [given], width=width)
+        yield fit_turn(tracks, guesses_for(TUNING.guesses, width), width=width)
 
     def _add(self, fit: TurnFit, tracks: TurnTracks) -> None:
         assert self._column is not None

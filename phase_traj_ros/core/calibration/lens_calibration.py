@@ -7,11 +7,12 @@ The fits update a prior over cameras. It is a grid of focal lengths and straight
 fit is outvoted, and the memory is constant.
 """
 
+from collections.abc import Iterator
 import math
 
 import numpy as np
 from phase_traj_ros.core.calibration.algebra import Numbers
-from phase_traj_ros.core.calibration.self_calibration import guesses_for, SelfCalibration, usable
+from phase_traj_ros.core.calibration.self_calibration import guesses_for, SelfCalibration
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_fit import fit_turn, TurnFit
 from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
@@ -66,7 +67,7 @@ class LensCalibration(SelfCalibration):
             **self._horizon.horizon.degrees(), turns=self.turns)
         return self._estimate
 
-    def _fit(self, tracks: TurnTracks) -> TurnFit | None:
+    def _fits(self, tracks: TurnTracks) -> Iterator[TurnFit | None]:
         """Fit from the estimate; if that fails, from other start values."""
         width, known, fit = self._width, self.estimate, None
         if self.turns and known.focal_deviation < TUNING.known_focal_deviation:
@@ -79,7 +80,7 @@ class LensCalibration(SelfCalibration):
                 factor = TUNING.other_cost if fit is not None and fit.ambiguous else 1.0
                 if fit is None or (refit is not None and factor * refit.cost < fit.cost):
                     fit = refit
-        return usable(fit, tracks, width)
+        yield fit
 
     def _add(self, fit: TurnFit, tracks: TurnTracks) -> None:
         width = self._width

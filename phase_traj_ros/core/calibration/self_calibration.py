@@ -8,7 +8,7 @@ principal point of a given lens.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 import math
 
 import numpy as np
@@ -127,8 +127,8 @@ class SelfCalibration(ABC):
         """Restart with what was known at the start, for frames of the size so far."""
 
     @abstractmethod
-    def _fit(self, tracks: TurnTracks) -> TurnFit | None:
-        """Return a usable fit; None if there is none."""
+    def _fits(self, tracks: TurnTracks) -> Iterator[TurnFit | None]:
+        """Yield fits, of which the first usable one counts; None for one that fails."""
 
     @abstractmethod
     def _add(self, fit: TurnFit, tracks: TurnTracks) -> None:
@@ -139,7 +139,8 @@ class SelfCalibration(ABC):
         if tracks is None:
             return False
         self._attempts += 1
-        fit = self._fit(tracks)
+        fits = (_usable(fit, tracks, self._width) for fit in self._fits(tracks))
+        fit = next(filter(None, fits), None)
         if fit is None:
             return False
         self.turns += 1
@@ -153,7 +154,7 @@ def guesses_for(shares: Sequence[Guess], width: int) -> list[Guess]:
             for focal, straightness, column in shares]
 
 
-def usable(fit: TurnFit | None, tracks: TurnTracks, width: int) -> TurnFit | None:
+def _usable(fit: TurnFit | None, tracks: TurnTracks, width: int) -> TurnFit | None:
     """Return a fit to the points of the static scene; None if it is not usable."""
     if fit is None or fit.ambiguous:
         return None

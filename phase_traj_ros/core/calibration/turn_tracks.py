@@ -264,7 +264,7 @@ class _Stretch:
 
 
 def _reduction(width: int) -> int:
-    return math.ceil(width / TUNING.tracked_px) if width > TUNING.widest_px else 1
+    return math.ceil(width / TUNING.tracked_px)
 
 
 def _reduced(frame: Frame) -> Bytes:
