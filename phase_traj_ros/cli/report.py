@@ -69,7 +69,8 @@ def _print_way(result: Replay) -> None:
         states = ', '.join(
             f'{count} {state.value}' for state, count in way.states.items() if count)
         doubt = ' for the assumed camera' if result.assumes_camera else ''
-        print(f'distance: {way.distance:.1f} {unit}{doubt} (pairs: {states})')
+        known = 'unknown' if way.distance is None else f'{way} {unit}{doubt}'
+        print(f'distance: {known} (pairs: {states})')
     if links is not None:
         _print_series(f'links of {links.step:g} {unit}', links.series)
 

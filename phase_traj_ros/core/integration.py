@@ -5,7 +5,7 @@
 from collections import deque
 from dataclasses import replace
 
-from phase_traj_ros.core.camera.in_use import CameraInUse
+from phase_traj_ros.core.camera.in_use import CameraInUse, is_far
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.coding import Coder
 from phase_traj_ros.core.correlation.phase_correlation import Shift
@@ -57,7 +57,9 @@ class Integration:
     @property
     def reliability(self) -> Reliability:
         """Return the reliability of the last minute and of the drive."""
-        return self._monitor.verdict(camera_reason=self._camera_reason)
+        return self._monitor.verdict(
+            distances=self._settings.metric or self.route.way.measured,
+            camera_reason=self._camera_reason)
 
     def repeat_stamp(self, count: int) -> None:
         """Count frames that are not used because their stamp equals the previous one."""
@@ -148,6 +150,9 @@ class Integration:
             travel=travel, metric=self._settings.metric,
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
             cut=pair.cut, frames=self.frames - self._measured_frame)
+        if heading is not None and self.route.way.measured and is_far(heading.correction):
+            # The angles were corrected, the distances and the path were not.
+            self._monitor.doubt(Reason.CAMERA_NOT_KNOWN)
         whole = Update(
             self.frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,
             self._tip, turned, () if heading is None else heading.turns, self._camera_change(),
@@ -209,14 +214,15 @@ class Integration:
 
     @property
     def _camera_reason(self) -> Reason | None:
-        """Return why the camera is not known well enough for the turns so far; None if it is."""
+        """Return why the camera is not known well enough for turns and metres; None if it is."""
         heading = self.heading
         if not self._settings.by_heading or heading is None or heading.camera.in_use is None:
             return None
         if heading.camera.contradicted:
             return Reason.CAMERA_CONTRADICTED
         needed = not heading.camera.in_use.settled and (
-            self._has_turns or heading.bends_may_be_turns)
+            self._has_turns or heading.bends_may_be_turns
+            or (self._settings.metric and self.route.way.measured))
         return Reason.CAMERA_NOT_KNOWN if needed else None
 
     @property

@@ -48,9 +48,24 @@ class Way:
         return self._states.total()
 
     @property
-    def distance(self) -> float:
-        """Return the distance travelled, forward and in reverse, in the unit of the pairs."""
+    def measured(self) -> bool:
+        """Return whether the distance of a pair was measured on the road."""
+        return self._states[TravelState.MEASURED] > 0
+
+    @property
+    def distance(self) -> float | None:
+        """
+        Return the distance travelled, forward and in reverse, in the unit of the pairs.
+
+        It is None if that of each pair is unknown.
+        """
+        if self._states[TravelState.UNKNOWN] == self.pairs:
+            return None
         return self._distance + self._foreseen
+
+    def __str__(self) -> str:
+        """Return the distance with one decimal, or that it is unknown."""
+        return 'unknown' if self.distance is None else f'{self.distance:.1f}'
 
     @property
     def states(self) -> Mapping[TravelState, int]:

@@ -41,8 +41,8 @@ _SENTENCES = {
     Reason.SHAKING: 'The camera turns back and forth faster than a vehicle can.',
     Reason.RATE_TOO_LOW: 'The frames are too far apart in time: give more frames per second.',
     Reason.MANY_CUTS: 'The video is cut into scenes that are too short to show a turn.',
-    Reason.CAMERA_NOT_KNOWN: 'The turns do not determine the focal length well enough: give'
-                             ' hfov_deg or a calibration.',
+    Reason.CAMERA_NOT_KNOWN: 'The turns do not determine the focal length well enough, or only'
+                             ' late: give hfov_deg or a calibration.',
     Reason.CAMERA_CONTRADICTED: 'The turns contradict the given focal length: correct hfov_deg or'
                                 ' focal_px, or leave it out to learn it from the turns.',
     Reason.NOT_COMPARED: 'Most frames cannot be compared with the one before: they are further'
@@ -52,8 +52,8 @@ _SENTENCES = {
     Reason.DISTANCE_UNKNOWN: 'The distance of parts of the drive is unknown: the road is not'
                              ' visible, or it moves too far between two frames.',
     Reason.ROAD_UNCLEAR: 'Another motion stands out more on the road than that of the vehicle: the'
-                         ' video is strongly compressed, something covers the road, or a given'
-                         ' speed has the wrong sign.',
+                         ' video is strongly compressed, something covers the road, the frames are'
+                         ' too far apart, or a given speed has the wrong sign.',
     Reason.DIRECTION_CONTRADICTS_HEADING: 'On a straight, the heading is more than 60 degrees away'
                                           ' from the direction code.',
 }

@@ -85,7 +85,7 @@ def _way_values(estimator: TrajectoryEstimator) -> dict[str, str]:
         return {}
     speed = 'unknown' if way.speed is None else f'{way.speed:.2f}'
     return {
-        f'distance ({unit})': f'{way.distance:.1f}', f'speed ({unit}/s)': speed,
+        f'distance ({unit})': str(way), f'speed ({unit}/s)': speed,
         **{f'distance {state.value}': str(count) for state, count in way.states.items()}}
 
 

@@ -22,7 +22,6 @@ from phase_traj_ros.core import (
     Skipped,
     Started,
     TrajectoryEstimator,
-    TravelState,
     Update,
     Way,
 )
@@ -105,14 +104,14 @@ class Replay:
     def path_unit(self) -> LengthUnit:
         """Return the unit of the drawn path: steps if no distance was measured."""
         settings = self.parameters.settings
-        told = settings.metric or self.way.states[TravelState.MEASURED] > 0
+        told = settings.metric or self.way.measured
         return settings.length_unit if settings.draws_heading and told else LengthUnit.STEP
 
     @property
     def assumes_camera(self) -> bool:
         """Return whether distances are measured with a camera that no turn has determined."""
         return (self.camera is not None and self.camera.origin is LensOrigin.ASSUMED
-                and self.way.states[TravelState.MEASURED] > 0)
+                and self.way.measured)
 
     @property
     def frames(self) -> int:

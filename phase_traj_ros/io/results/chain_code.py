@@ -124,7 +124,7 @@ def _way_content(way: Way, links: LinkCode | None, *, unit: LengthUnit) -> dict[
     content: dict[str, Any] = {}
     if way.pairs:
         content = {
-            'distance': round(way.distance, 4),
+            'distance': None if way.distance is None else round(way.distance, 4),
             'distance_unit': unit,
             'distance_states': {state.value: count for state, count in way.states.items()}}
     if links is not None:

@@ -100,7 +100,7 @@ def _facts(result: Replay) -> Iterator[tuple[str, str]]:
     """Yield the distance if it was measured, the frames that were not used, and the camera."""
     way, counters = result.way, result.counters
     if way.pairs:
-        yield 'distance', f'{way.distance:.1f}'
+        yield 'distance', '' if way.distance is None else str(way)
         yield 'distance_unit', result.parameters.settings.length_unit.value
         yield 'distance_states', ' '.join(
             f'{state.value}:{count}' for state, count in way.states.items())

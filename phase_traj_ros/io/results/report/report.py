@@ -71,7 +71,7 @@ def _facts(result: Replay, shown: Overview) -> Iterator[tuple[str, str]]:
     yield 'direction codes', f'{len(result.direction)}'
     if result.way.pairs:
         unit = result.parameters.settings.length_unit.value
-        yield f'distance, {unit}', f'{result.way.distance:.1f}'
+        yield f'distance, {unit}', str(result.way)
         if result.links is not None:
             yield 'links', f'{len(result.links.series)}'
     settings = result.parameters.settings
