@@ -1,0 +1,70 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A path whose distances are unknown or wrong is not reliable."""
+
+import json
+
+import cv2
+from phase_traj_ros.cli.main import main
+from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
+from phase_traj_ros.core.reliability.reason import Reason
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
+import pytest
+
+TENTH = 100_000_000
+CORNER = [Straight(3.0), Turn(-90.0, 3.0, 4.5), Straight(2.0)]
+
+
+def filmed(hfov_deg, *plan):
+    return list(render_drive(plan_drive(
+        'a drive', list(plan), rate_hz=10.0, speed=6.0, seed=8,
+        camera=Camera.with_field_of_view(320, 240, hfov_deg))))
+
+
+def followed(frames, **settings):
+    estimator = TrajectoryEstimator(EstimatorSettings(code_source=CodeSource.AUTO, **settings))
+    for n, frame in enumerate(frames):
+        estimator.update(frame, n * TENTH)
+    return estimator
+
+
+@pytest.mark.parametrize('seen', [30, 0])
+def test_a_path_with_heights_needs_its_distances_and_one_with_steps_does_not(seen):
+    frames = filmed(70.0, Straight(8.0))
+    for frame in frames[seen:]:
+        frame[130:] = 90
+    estimator = followed(frames, lens=Lens(hfov_deg=70.0))
+    assert (estimator.way.distance is None) == (seen == 0)
+    assert ('distance_unknown' in estimator.reliability.of_drive.words) == (seen > 0)
+    unknown = [span for span in estimator.reliability.spans
+               if Reason.DISTANCE_UNKNOWN in span.reasons]
+    assert len(unknown) == (seen > 0)
+    assert all(seen <= span.start_ns / TENTH < seen + 15 for span in unknown)
+
+
+def test_distances_up_to_a_turn_that_shows_another_camera_are_in_doubt():
+    wide, usual = (followed(filmed(hfov_deg, *CORNER)) for hfov_deg in (100.0, 70.0))
+    assert usual.reliability.of_drive.reliable
+    assert wide.reliability.of_drive.words == ('camera_not_known',)
+    [span] = wide.reliability.spans
+    # The turn lasts from 3 to 6 s.
+    assert span.start_ns == 0 and 35 * TENTH < span.end_ns < 65 * TENTH
+
+
+def test_metres_need_the_camera_also_on_a_straight():
+    frames = filmed(70.0, Straight(3.0))
+    assert followed(frames).reliability.reliable
+    assert followed(frames, camera_height=1.65).reliability.words == ('camera_not_known',)
+    known = followed(frames, camera_height=1.65, lens=Lens(hfov_deg=70.0))
+    assert known.reliability.reliable
+
+
+def test_an_unknown_distance_is_not_zero(tmp_path, capsys):
+    source, output = tmp_path / 'images', tmp_path / 'results'
+    source.mkdir()
+    for n, frame in enumerate(filmed(70.0, Straight(2.0))):
+        frame[130:] = 90
+        cv2.imwrite(str(source / f'{n:03}.png'), frame)
+    assert main(['replay', str(source), '--output', str(output)]) == 0
+    assert '\ndistance: unknown (pairs: ' in capsys.readouterr().out
+    assert json.loads((output / 'chain_code.json').read_text())['distance'] is None
