@@ -95,6 +95,6 @@ def _warnings(result: Replay) -> Iterator[str]:
             (sum(update.cut for update in result.updates), 'cuts to a new scene'),
             (result.counters.unmeasured, 'pairs that could not be measured'),
             (result.counters.reprimed, 'changes of the size or the type of the frames'),
-            (result.pairs_without_speed, 'pairs without a speed, which add no distance')):
+            (result.guessed_pairs, 'pairs of unknown distance, where the path is a guess')):
         if count:
             yield f'{what}: {count}'

@@ -57,9 +57,7 @@ class Integration:
     @property
     def reliability(self) -> Reliability:
         """Return the reliability of the last minute and of the drive."""
-        return self._monitor.verdict(
-            distances=self._settings.metric or self.route.way.measured,
-            camera_reason=self._camera_reason)
+        return self._monitor.verdict(camera_reason=self._camera_reason)
 
     def repeat_stamp(self, count: int) -> None:
         """Count frames that are not used because their stamp equals the previous one."""
@@ -150,8 +148,8 @@ class Integration:
             travel=travel, metric=self._settings.metric,
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
             cut=pair.cut, frames=self.frames - self._measured_frame)
-        if heading is not None and self.route.way.measured and is_far(heading.correction):
-            # The angles were corrected, the distances and the path were not.
+        if heading is not None and self._needs_camera and is_far(heading.correction):
+            # The angles were corrected, the distances were not.
             self._monitor.doubt(Reason.CAMERA_NOT_KNOWN)
         whole = Update(
             self.frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,
@@ -213,6 +211,11 @@ class Integration:
         return update
 
     @property
+    def _needs_camera(self) -> bool:
+        """Return whether metres were measured on the road, which needs the focal length."""
+        return self._settings.metric and self.route.way.measured
+
+    @property
     def _camera_reason(self) -> Reason | None:
         """Return why the camera is not known well enough for turns and metres; None if it is."""
         heading = self.heading
@@ -221,8 +224,7 @@ class Integration:
         if heading.camera.contradicted:
             return Reason.CAMERA_CONTRADICTED
         needed = not heading.camera.in_use.settled and (
-            self._has_turns or heading.bends_may_be_turns
-            or (self._settings.metric and self.route.way.measured))
+            self._has_turns or heading.bends_may_be_turns or self._needs_camera)
         return Reason.CAMERA_NOT_KNOWN if needed else None
 
     @property

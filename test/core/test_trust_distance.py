@@ -1,13 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A path whose distances are unknown or wrong is not reliable."""
+"""Distances that are unknown or wrong are said to be."""
 
 import json
 
 import cv2
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
-from phase_traj_ros.core.reliability.reason import Reason
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
 
@@ -28,22 +27,10 @@ def followed(frames, **settings):
     return estimator
 
 
-@pytest.mark.parametrize('seen', [30, 0])
-def test_a_path_with_heights_needs_its_distances_and_one_with_steps_does_not(seen):
-    frames = filmed(70.0, Straight(8.0))
-    for frame in frames[seen:]:
-        frame[130:] = 90
-    estimator = followed(frames, lens=Lens(hfov_deg=70.0))
-    assert (estimator.way.distance is None) == (seen == 0)
-    assert ('distance_unknown' in estimator.reliability.of_drive.words) == (seen > 0)
-    unknown = [span for span in estimator.reliability.spans
-               if Reason.DISTANCE_UNKNOWN in span.reasons]
-    assert len(unknown) == (seen > 0)
-    assert all(seen <= span.start_ns / TENTH < seen + 15 for span in unknown)
-
-
-def test_distances_up_to_a_turn_that_shows_another_camera_are_in_doubt():
-    wide, usual = (followed(filmed(hfov_deg, *CORNER)) for hfov_deg in (100.0, 70.0))
+def test_metres_up_to_a_turn_that_shows_another_camera_are_in_doubt():
+    wide, usual = (
+        followed(filmed(hfov_deg, *CORNER), camera_height=1.65) for hfov_deg in (100.0, 70.0))
+    assert followed(filmed(100.0, *CORNER)).reliability.of_drive.reliable
     assert usual.reliability.of_drive.reliable
     assert wide.reliability.of_drive.words == ('camera_not_known',)
     [span] = wide.reliability.spans
@@ -59,12 +46,22 @@ def test_metres_need_the_camera_also_on_a_straight():
     assert known.reliability.reliable
 
 
-def test_an_unknown_distance_is_not_zero(tmp_path, capsys):
+@pytest.mark.parametrize('covered', [50, 25])
+def test_an_unknown_distance_is_said_and_not_zero(covered, tmp_path, capsys):
     source, output = tmp_path / 'images', tmp_path / 'results'
     source.mkdir()
-    for n, frame in enumerate(filmed(70.0, Straight(2.0))):
-        frame[130:] = 90
+    for n, frame in enumerate(filmed(70.0, Straight(5.0))):
+        if n < covered:
+            frame[130:] = 90
         cv2.imwrite(str(source / f'{n:03}.png'), frame)
     assert main(['replay', str(source), '--output', str(output)]) == 0
-    assert '\ndistance: unknown (pairs: ' in capsys.readouterr().out
-    assert json.loads((output / 'chain_code.json').read_text())['distance'] is None
+    printed = capsys.readouterr()
+    content = json.loads((output / 'chain_code.json').read_text())
+    seen = covered < 50
+    assert ('\ndistance: unknown (pairs: ' in printed.out) != seen
+    assert (content['distance'] is None) != seen
+    # Without lengths, the path has steps.
+    unknown = content['distance_states']['unknown']
+    warning = f'pairs of unknown distance, where the path is a guess: {unknown}\n'
+    assert content['path_unit'] == ('camera heights' if seen else 'step')
+    assert unknown > 10 and (warning in printed.err) == seen

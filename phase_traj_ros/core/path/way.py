@@ -59,7 +59,7 @@ class Way:
 
         It is None if that of each pair is unknown.
         """
-        if self._states[TravelState.UNKNOWN] == self.pairs:
+        if self.pairs and self._states[TravelState.UNKNOWN] == self.pairs:
             return None
         return self._distance + self._foreseen
 

@@ -43,8 +43,8 @@ class ReliabilityMonitor:
         """
         Add the next pair.
 
-        ``seen``: its motion was measured. ``travel``: its distance, if there is one, which may be
-        ``metric``. ``contradicted``: the direction code contradicts the heading.
+        ``seen``: its motion was measured. ``travel``: its distance, if there is one; it has to be
+        known if it is ``metric``. ``contradicted``: the direction code contradicts the heading.
         ``cut``: the scene changed in the previous pair. ``frames``: number of the second frame
         minus that of the first one; the pair counts as so many.
         """
@@ -75,7 +75,7 @@ class ReliabilityMonitor:
             if self._rivalled_ns is not None and before - self._rivalled_ns < TUNING.unclear_ns:
                 self._spans[Reason.ROAD_UNCLEAR].add(before, stamp_ns)
             self._rivalled_ns = stamp_ns
-        if travel is None or travel.measured:
+        if travel is None or not metric or travel.measured:
             self._measured_ns = stamp_ns
         elif stamp_ns - self._measured_ns > TUNING.unmeasured_ns:
             self._spans[Reason.DISTANCE_UNKNOWN].add(self._measured_ns, stamp_ns)
@@ -94,26 +94,21 @@ class ReliabilityMonitor:
         """Add a reason against all pairs so far."""
         self._spans[reason].add(self._start_ns, self._newest_ns)
 
-    def verdict(
-        self, *, distances: bool = True, camera_reason: Reason | None = None,
-    ) -> Reliability:
+    def verdict(self, *, camera_reason: Reason | None = None) -> Reliability:
         """
         Return whether the last minute is reliable, the reasons if it is not, and all spans so far.
 
-        ``distances``: they have to be known. ``camera_reason`` is the one against the camera, if
-        any. It concerns the whole drive.
+        ``camera_reason`` is the one against the camera, if any. It concerns the whole drive.
         """
         start, end = self._start_ns, self._newest_ns
         reasons = self._reasons()
-        ignored = () if distances else (Reason.DISTANCE_UNKNOWN,)
         spans = {reason: kept.of(reason in reasons, self._judged_ns, end)
-                 for reason, kept in self._spans.items() if reason not in ignored}
+                 for reason, kept in self._spans.items()}
         for reason in self._unused:
             if lasted_ns := self._unused_ns(reason):
                 spans[reason].append((self._newest_ns, self._newest_ns + lasted_ns))
                 end = max(end, self._newest_ns + lasted_ns)
-        reasons += [reason for reason in Reason
-                    if reason not in (*reasons, *ignored) and self._applies(reason)]
+        reasons += [reason for reason in Reason if reason not in reasons and self._applies(reason)]
         if camera_reason is not None and Reason.TOO_SHORT not in reasons:
             reasons.append(camera_reason)
             spans[camera_reason] = [(start, end)]

@@ -17,11 +17,11 @@ from phase_traj_ros.core import (
     LinkCode,
     Measured,
     Movement,
-    PairStatus,
     Restarted,
     Skipped,
     Started,
     TrajectoryEstimator,
+    TravelState,
     Update,
     Way,
 )
@@ -91,21 +91,16 @@ class Replay:
             each for each in (self.source_frames.problem, unused, *self.mounting.doubts) if each)
 
     @property
-    def pairs_without_speed(self) -> int:
-        """Return the number of pairs without a speed, given or measured, where one is used."""
-        if not self.parameters.use_speed_topic:
-            return 0
-        return sum(
-            update.status is not PairStatus.REPEATED
-            and not (update.travel is not None and update.travel.known)
-            for update in self.updates)
-
-    @property
     def path_unit(self) -> LengthUnit:
         """Return the unit of the drawn path: steps if no distance was measured."""
         settings = self.parameters.settings
         told = settings.metric or self.way.measured
         return settings.length_unit if settings.draws_heading and told else LengthUnit.STEP
+
+    @property
+    def guessed_pairs(self) -> int:
+        """Return the number of pairs of unknown distance in a path that has lengths."""
+        return 0 if self.path_unit is LengthUnit.STEP else self.way.states[TravelState.UNKNOWN]
 
     @property
     def assumes_camera(self) -> bool:

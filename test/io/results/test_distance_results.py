@@ -208,5 +208,5 @@ def test_what_is_not_known_adds_no_link(values):
     found = replay(rolled_frames(), Parameters(
         focal_px=600.0, code_step=0.5, code_source='shift', **values), source='')
     assert found.way.states[TravelState.UNKNOWN] == len(SHIFTS)
-    assert (found.way.distance, len(found.links.series)) == (0.0, 0)
+    assert (found.way.distance, len(found.links.series)) == (None, 0)
     assert found.path_unit is LengthUnit.STEP
