@@ -167,7 +167,8 @@ def _fixes(truth: np.ndarray, noise: float, bias: float, seed: int) -> dict[int,
     """Return a fix each second, its noise stated, and an error to the north-east that is not."""
     rng = np.random.default_rng(seed)
     off = rng.normal(0.0, noise, (len(truth), 2)) + bias * np.sqrt(0.5)
-    return {number: PositionFix(*(truth[number, :2] + off[number]), noise ** 2, noise ** 2)
+    x, y = (truth[:, :2] + off).T.tolist()
+    return {number: PositionFix(x[number], y[number], noise ** 2, noise ** 2)
             for number in range(10, len(truth) - 1, 10)}
 
 

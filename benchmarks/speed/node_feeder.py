@@ -65,7 +65,7 @@ def main() -> None:
         player = FramePlayer(lossless=True)
         player.wait_for_subscribers(stop, _DISCOVERY_S)
         player.play(stamped(images, rate), stop)
-        player.wait_for_acknowledgement()
+        player.wait_for_acknowledgement(stop)
         player.destroy_node()
 
 

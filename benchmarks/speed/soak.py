@@ -55,7 +55,7 @@ def soak_node():
                 yield StampedFrame(frames[index % len(frames)], index * 10**9)
 
         player.play(stream(), stop, rate=_RATE_HZ)
-        player.wait_for_acknowledgement()
+        player.wait_for_acknowledgement(stop)
         time.sleep(2)
         print(f'{_FRAMES:>9} frames: {resident(node.pid) / 2**20:6.1f} MiB')
         player.destroy_node()

@@ -167,9 +167,8 @@ def score(drive: Drive) -> Outcome:
         outcome.tilt = (live.learned.pitch_deg, live.learned.roll_deg)
     outcome.orders['heading'] = _quantised(whole.updates)
     outcome.heading_deg = math.degrees(whole.updates[-1].heading.heading)
-    focal_px = whole.focal_px
-    assert focal_px is not None
-    for rate, codes in _by_threshold(drive, focal_px):
+    assert whole.camera is not None
+    for rate, codes in _by_threshold(drive, whole.camera.focal_px):
         outcome.orders[f'{rate:g}°/s'] = codes
     outcome.seconds = time.perf_counter() - began
     return outcome
