@@ -136,7 +136,7 @@ class Orb:
 
     def __init__(self, camera: Camera) -> None:
         self._camera = camera
-        self._detector = cv2.ORB.create(_FEATURES)
+        self._detector = cv2.ORB_create(_FEATURES)  # type: ignore[attr-defined]
         self._matcher = cv2.BFMatcher(cv2.NORM_HAMMING, crossCheck=True)
         self._previous: tuple[Any, Any] | None = None
 
