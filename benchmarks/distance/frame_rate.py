@@ -175,7 +175,7 @@ def follow(material: Material, name: str) -> Row:
     doubted = sum(span.end_ns - span.start_ns for span in found.spans) / lasted
     along_kitti = 'KITTI' in drive.name
     return Row(
-        drive.name, name, metres, estimator.way.distance / metres - 1.0,
+        drive.name, name, metres, (estimator.way.distance or 0.0) / metres - 1.0,
         float(np.degrees(np.abs(np.array(heading) - yaw).max())),
         [turn.quarter_turns for turn in turns], codes,
         _quarters(drive),

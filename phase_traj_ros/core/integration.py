@@ -212,8 +212,8 @@ class Integration:
 
     @property
     def _needs_camera(self) -> bool:
-        """Return whether metres were measured on the road, which needs the focal length."""
-        return self._settings.metric and self.route.way.measured
+        """Return whether metres follow from the road and a given height of the camera."""
+        return self._settings.camera_height > 0.0 and self.route.way.measured
 
     @property
     def _camera_reason(self) -> Reason | None:

@@ -12,8 +12,8 @@ class CalibrationTuning:
     Tuning of the self-calibration; not for users.
 
     Widths are those of the image, pixels those of the picture that is tracked, which is at most
-    ``tracked_px`` wide. Where no source is given, the value was chosen on the drives
-    of docs/measurements/any_camera.md.
+    ``tracked_px`` wide. Where no source is given, the value was chosen on the drives of
+    docs/measurements/any_camera.md.
     """
 
     # The prior over cameras.
