@@ -93,7 +93,7 @@ def followed(ride: Ride, frames: list[np.ndarray]) -> tuple[float, str]:
     for frame, stamp_ns in zip(frames, ride.stamps_ns):
         estimator.update(frame, stamp_ns)
     way = way_along(drives.true_path(ride)[:, :2])[-1]
-    return estimator.way.distance / way - 1.0, ', '.join(estimator.reliability.words)
+    return (estimator.way.distance or 0.0) / way - 1.0, ', '.join(estimator.reliability.words)
 
 
 def _cells(row: tuple) -> tuple[str, ...]:
