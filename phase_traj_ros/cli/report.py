@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import sys
 from typing import Any
 
-from phase_traj_ros.core import CodeSeries, Turn
+from phase_traj_ros.core import CodeSeries, TravelState, Turn
 from phase_traj_ros.io.replay.run import Replay
 
 # What is printed of a long drive; chain_code.json has all of it.
@@ -95,6 +95,7 @@ def _warnings(result: Replay) -> Iterator[str]:
             (sum(update.cut for update in result.updates), 'cuts to a new scene'),
             (result.counters.unmeasured, 'pairs that could not be measured'),
             (result.counters.reprimed, 'changes of the size or the type of the frames'),
-            (result.guessed_pairs, 'pairs of unknown distance, where the path is a guess')):
+            (0 if result.way.distance is None else result.way.states[TravelState.UNKNOWN],
+             'pairs of unknown distance, which are not counted')):
         if count:
             yield f'{what}: {count}'

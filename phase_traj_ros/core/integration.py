@@ -5,7 +5,7 @@
 from collections import deque
 from dataclasses import replace
 
-from phase_traj_ros.core.camera.in_use import CameraInUse, is_far
+from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.coding import Coder
 from phase_traj_ros.core.correlation.phase_correlation import Shift
@@ -18,6 +18,7 @@ from phase_traj_ros.core.path.trajectory import Corner
 from phase_traj_ros.core.reliability.monitor import ReliabilityMonitor
 from phase_traj_ros.core.reliability.reason import Evidence, Reason
 from phase_traj_ros.core.reliability.verdict import Reliability
+from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import EstimatorSettings
@@ -146,11 +147,9 @@ class Integration:
             verdict.evidence, stamp_ns, interval_ns,
             seen=verdict.status in (PairStatus.OK, PairStatus.STILL),
             travel=travel, metric=self._settings.metric,
+            camera_known=self._knows_camera(travel),
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
             cut=pair.cut, frames=self.frames - self._measured_frame)
-        if heading is not None and self._needs_camera and is_far(heading.correction):
-            # The angles were corrected, the distances were not.
-            self._monitor.doubt(Reason.CAMERA_NOT_KNOWN)
         whole = Update(
             self.frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,
             self._tip, turned, () if heading is None else heading.turns, self._camera_change(),
@@ -210,21 +209,24 @@ class Integration:
         self._has_turns |= bool(update.quarters or update.turns)
         return update
 
-    @property
-    def _needs_camera(self) -> bool:
-        """Return whether metres follow from the road and a given height of the camera."""
-        return self._settings.camera_height > 0.0 and self.route.way.measured
+    def _knows_camera(self, travel: Travel | None) -> bool:
+        """Return whether the camera is known well enough for a distance, or need not be."""
+        if (travel is None or travel.state not in (TravelState.MEASURED, TravelState.BRIDGED)
+                or self._settings.camera_height == 0.0):
+            return True
+        assert self.heading is not None and self.heading.camera.in_use is not None
+        return self.heading.camera.in_use.settled
 
     @property
     def _camera_reason(self) -> Reason | None:
-        """Return why the camera is not known well enough for turns and metres; None if it is."""
+        """Return why the camera is not known well enough for the turns so far; None if it is."""
         heading = self.heading
         if not self._settings.by_heading or heading is None or heading.camera.in_use is None:
             return None
         if heading.camera.contradicted:
             return Reason.CAMERA_CONTRADICTED
         needed = not heading.camera.in_use.settled and (
-            self._has_turns or heading.bends_may_be_turns or self._needs_camera)
+            self._has_turns or heading.bends_may_be_turns)
         return Reason.CAMERA_NOT_KNOWN if needed else None
 
     @property

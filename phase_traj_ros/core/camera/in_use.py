@@ -3,15 +3,9 @@
 """The camera in use, its origin and its uncertainty."""
 
 from dataclasses import dataclass, replace
-import math
 
 from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 from phase_traj_ros.core.camera.tuning import TUNING
-
-
-def is_far(correction: float) -> bool:
-    """Return whether a known camera would not need such a correction of its focal length."""
-    return abs(math.log(correction)) > math.log(TUNING.max_focal_ratio) / 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

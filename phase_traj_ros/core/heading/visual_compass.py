@@ -27,8 +27,6 @@ class HeadingUpdate:
     """Quarter turns that count from this pair on, in order: 1 to the left, -1 to the right."""
     contradicts: bool = False
     """Whether the direction that the quarter turns give contradicts the heading."""
-    correction: float = 1.0
-    """Factor by which all angles up to this pair were corrected, as the lens has changed."""
 
 
 class VisualCompass:
@@ -111,11 +109,11 @@ class VisualCompass:
                 certain=measurement.certain, variance=measurement.variance,
                 share=measurement.share)
         turns = self._turns.update(stamp_ns, step.heading, distance, rate=step.rate, frames=frames)
-        # As they were before the correction.
-        shift, quarters = self.camera.shift_of(measurement), self._turns.quarters
-        contradicts = self._contradicts(step.heading)
-        correction = self._correct(self.camera.learn(stamp_ns))
-        return HeadingUpdate(step, shift, tuple(turns), quarters, contradicts, correction)
+        update = HeadingUpdate(
+            step, self.camera.shift_of(measurement), tuple(turns), self._turns.quarters,
+            self._contradicts(step.heading))
+        self._correct(self.camera.learn(stamp_ns))
+        return update
 
     def _contradicts(self, heading: float) -> bool:
         """Return whether the direction and the heading differ by more than their errors."""
@@ -123,11 +121,9 @@ class VisualCompass:
         return math.radians(self._turns.direction_error_deg) > max(
             math.radians(TUNING.turn_deg), TUNING.contradiction_deviations * own)
 
-    def _correct(self, factor: float | None) -> float:
+    def _correct(self, factor: float | None) -> None:
         """Correct all angles so far by a factor, as the lens has changed; None if it has not."""
-        if factor is None:
-            return 1.0
-        self.tracker.scale(factor)
-        self._turns.scale(factor)
-        self.tracker.scale_deviation = self.camera.lens.focal_deviation
-        return factor
+        if factor is not None:
+            self.tracker.scale(factor)
+            self._turns.scale(factor)
+            self.tracker.scale_deviation = self.camera.lens.focal_deviation

@@ -37,14 +37,15 @@ class ReliabilityMonitor:
 
     def add(
         self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, seen: bool = True,
-        travel: Travel | None = None, metric: bool = True, contradicted: bool = False,
-        cut: bool = False, frames: int = 1,
+        travel: Travel | None = None, metric: bool = True, camera_known: bool = True,
+        contradicted: bool = False, cut: bool = False, frames: int = 1,
     ) -> None:
         """
         Add the next pair.
 
         ``seen``: its motion was measured. ``travel``: its distance, if there is one; it has to be
-        known if it is ``metric``. ``contradicted``: the direction code contradicts the heading.
+        known if it is ``metric``. ``camera_known``: that distance needs no camera, or it is known.
+        ``contradicted``: the direction code contradicts the heading.
         ``cut``: the scene changed in the previous pair. ``frames``: number of the second frame
         minus that of the first one; the pair counts as so many.
         """
@@ -69,6 +70,8 @@ class ReliabilityMonitor:
             self._seen_ns = stamp_ns
         elif evidence in _REASONS and stamp_ns - self._seen_ns > TUNING.unmeasured_ns:
             self._spans[_REASONS[evidence]].add(self._seen_ns, stamp_ns)
+        if not camera_known:
+            self._spans[Reason.CAMERA_NOT_KNOWN].add(before, stamp_ns)
         if contradicted:
             self._spans[Reason.DIRECTION_CONTRADICTS_HEADING].add(before, stamp_ns)
         if travel is not None and travel.rivalled and (metric or travel.known):
@@ -90,10 +93,6 @@ class ReliabilityMonitor:
         """Add frames that are not used, because ``FROZEN`` stamps repeat or ``FRAMES_LOST``."""
         self._unused[reason] += count
 
-    def doubt(self, reason: Reason) -> None:
-        """Add a reason against all pairs so far."""
-        self._spans[reason].add(self._start_ns, self._newest_ns)
-
     def verdict(self, *, camera_reason: Reason | None = None) -> Reliability:
         """
         Return whether the last minute is reliable, the reasons if it is not, and all spans so far.
@@ -110,8 +109,9 @@ class ReliabilityMonitor:
                 end = max(end, self._newest_ns + lasted_ns)
         reasons += [reason for reason in Reason if reason not in reasons and self._applies(reason)]
         if camera_reason is not None and Reason.TOO_SHORT not in reasons:
-            reasons.append(camera_reason)
             spans[camera_reason] = [(start, end)]
+            if camera_reason not in reasons:
+                reasons.append(camera_reason)
         return Reliability(tuple(reasons), in_order(spans), start, end)
 
     def _make_room(self, stamp_ns: int) -> None:

@@ -21,7 +21,6 @@ from phase_traj_ros.core import (
     Skipped,
     Started,
     TrajectoryEstimator,
-    TravelState,
     Update,
     Way,
 )
@@ -96,11 +95,6 @@ class Replay:
         settings = self.parameters.settings
         told = settings.metric or self.way.measured
         return settings.length_unit if settings.draws_heading and told else LengthUnit.STEP
-
-    @property
-    def guessed_pairs(self) -> int:
-        """Return the number of pairs of unknown distance in a path that has lengths."""
-        return 0 if self.path_unit is LengthUnit.STEP else self.way.states[TravelState.UNKNOWN]
 
     @property
     def assumes_camera(self) -> bool:
