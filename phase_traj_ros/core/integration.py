@@ -18,7 +18,7 @@ from phase_traj_ros.core.path.trajectory import Corner
 from phase_traj_ros.core.reliability.monitor import ReliabilityMonitor
 from phase_traj_ros.core.reliability.reason import Evidence, Reason
 from phase_traj_ros.core.reliability.verdict import Reliability
-from phase_traj_ros.core.road.travel import Travel, TravelState
+from phase_traj_ros.core.road.travel import Travel
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import EstimatorSettings
@@ -211,8 +211,7 @@ class Integration:
 
     def _knows_camera(self, travel: Travel | None) -> bool:
         """Return whether the camera is known well enough for a distance, or need not be."""
-        if (travel is None or travel.state not in (TravelState.MEASURED, TravelState.BRIDGED)
-                or self._settings.camera_height == 0.0):
+        if travel is None or not travel.by_road or self._settings.camera_height == 0.0:
             return True
         assert self.heading is not None and self.heading.camera.in_use is not None
         return self.heading.camera.in_use.settled

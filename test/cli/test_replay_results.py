@@ -92,13 +92,19 @@ def test_everything_of_one_source(folder, tmp_path, capsys):
         assert len(list(source)) == len(PLACES) - 1
 
 
-def rendered(folder, *seeds):
-    """Write the pictures of a straight drive for each seed, one after the other."""
+def rendered(folder, *seeds, seconds=1.5, covered=0):
+    """
+    Write the pictures of a straight drive for each seed, one after the other.
+
+    The road of the first ``covered`` ones is covered.
+    """
     folder.mkdir()
     plans = [
-        plan_drive('straight', [Straight(1.5)], seed=seed,
+        plan_drive('straight', [Straight(seconds)], seed=seed,
                    camera=Camera.with_field_of_view(320, 240, 70)) for seed in seeds]
     for index, frame in enumerate(frame for plan in plans for frame in render_drive(plan)):
+        if index < covered:
+            frame[130:] = 90
         cv2.imwrite(str(folder / f'{index:02}.png'), frame)
 
 
@@ -122,6 +128,22 @@ def test_a_distance_says_that_the_camera_is_assumed(tmp_path, capsys):
     assert ' camera heights (pairs: ' in printed[1]
     assert 'the assumed one' not in reports[1]
     assert '<p>Camera: field of view 70 degrees' in reports[1]
+
+
+@pytest.mark.parametrize('covered', [51, 25])
+def test_an_unknown_distance_is_said_and_not_zero(covered, tmp_path, capsys):
+    rendered(tmp_path / 'drive', 8, seconds=5.0, covered=covered)
+    assert run('replay', tmp_path / 'drive', '--output', tmp_path / 'out') == 0
+    printed = capsys.readouterr()
+    content = json.loads((tmp_path / 'out' / 'chain_code.json').read_text())
+    seen = covered < 51
+    assert ('\ndistance: unknown (pairs: ' in printed.out) != seen
+    assert (content['distance'] is None) != seen
+    # Without lengths, the path has steps.
+    unknown = content['distance_states']['unknown']
+    warning = f'pairs of unknown distance, which are not counted: {unknown}\n'
+    assert content['path_unit'] == ('camera heights' if seen else 'step')
+    assert unknown > 10 and (warning in printed.err) == seen
 
 
 def test_obsolete_results_are_removed(tmp_path):

@@ -2,14 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Distances that are unknown or wrong are said to be."""
 
-import json
-
-import cv2
-from phase_traj_ros.cli.main import main
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import sensor_noise
-import pytest
 
 TENTH = 100_000_000
 CORNER = [Straight(3.0), Turn(-90.0, 3.0, 4.5), Straight(2.0)]
@@ -50,24 +45,3 @@ def test_metres_need_the_camera_also_on_a_straight():
     # A vehicle that stands has no metres.
     stands = [sensor_noise(frames[0], sigma=1.0, seed=n) for n in range(60)]
     assert followed(stands, camera_height=1.65).reliability.reliable
-
-
-@pytest.mark.parametrize('covered', [50, 25])
-def test_an_unknown_distance_is_said_and_not_zero(covered, tmp_path, capsys):
-    source, output = tmp_path / 'images', tmp_path / 'results'
-    source.mkdir()
-    for n, frame in enumerate(filmed(70.0, Straight(5.0))):
-        if n < covered:
-            frame[130:] = 90
-        cv2.imwrite(str(source / f'{n:03}.png'), frame)
-    assert main(['replay', str(source), '--output', str(output)]) == 0
-    printed = capsys.readouterr()
-    content = json.loads((output / 'chain_code.json').read_text())
-    seen = covered < 50
-    assert ('\ndistance: unknown (pairs: ' in printed.out) != seen
-    assert (content['distance'] is None) != seen
-    # Without lengths, the path has steps.
-    unknown = content['distance_states']['unknown']
-    warning = f'pairs of unknown distance, which are not counted: {unknown}\n'
-    assert content['path_unit'] == ('camera heights' if seen else 'step')
-    assert unknown > 10 and (warning in printed.err) == seen

@@ -74,6 +74,11 @@ class Travel:
         return self.known and self.state is not TravelState.BRIDGED
 
     @property
+    def by_road(self) -> bool:
+        """Return whether the distance comes from the road: measured on it, or bridged."""
+        return self.state in (TravelState.MEASURED, TravelState.BRIDGED)
+
+    @property
     def own_variance(self) -> float:
         """Return the part of the variance that is independent of other pairs."""
         shares = self.swing ** 2 + self.tilt ** 2 + self.scale ** 2
