@@ -32,6 +32,10 @@ class DistanceMeter:
         """Continue with other settings; speeds and height are kept."""
         self._settings = settings
 
+    def change_lens(self, factor: float) -> None:
+        """Continue with a lens that measures distances in heights ``factor`` times as long."""
+        self._height.change_lens(factor)
+
     def reset(self) -> None:
         """Forget the newest speed; the height of the camera is kept."""
         self.heights_per_second = None

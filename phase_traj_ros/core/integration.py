@@ -40,7 +40,9 @@ class Integration:
         """The visual compass; None if no lens is known."""
         self.distance_meter = DistanceMeter(settings)
         self.counters = Counters()
+        # The lens that was reported, and the one that measured the previous pair.
         self._reported_lens: Lens | None = None
+        self._measuring_lens: Lens | None = None
         self.reset()
 
     @property
@@ -132,8 +134,11 @@ class Integration:
         The update is relative to the newest frame, also if that was foreseen.
         """
         interval = interval_ns * 1e-9
+        self._follow_lens()
         travel = None if self.heading is None else self.distance_meter.update(
             pair.travel, verdict.status, stamp_ns, interval_ns)
+        # Before the pair is learned from: its distance is that of the camera before.
+        camera_known = self._knows_camera(travel)
         heading = self._add_heading(verdict, stamp_ns, interval)
         self.counters.count(verdict.status)
         dx = None if pair.used is None else self._settings.view.full_shift(pair.used).dx
@@ -146,8 +151,8 @@ class Integration:
         self._monitor.add(
             verdict.evidence, stamp_ns, interval_ns,
             seen=verdict.status in (PairStatus.OK, PairStatus.STILL),
-            travel=travel, metric=self._settings.metric,
-            camera_known=self._knows_camera(travel),
+            stands=verdict.status is PairStatus.STILL, travel=travel,
+            metric=self._settings.metric, camera_known=camera_known,
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
             cut=pair.cut, frames=self.frames - self._measured_frame)
         whole = Update(
@@ -208,6 +213,15 @@ class Integration:
         self.turns.extend(update.turns)
         self._has_turns |= bool(update.quarters or update.turns)
         return update
+
+    def _follow_lens(self) -> None:
+        """Pass on by how much the lens that measured this pair changes distances on the road."""
+        if self.heading is None or self.heading.camera.lens is self._measuring_lens:
+            return
+        camera, before = self.heading.camera, self._measuring_lens
+        self._measuring_lens = camera.lens
+        if before is not None:
+            self.distance_meter.change_lens(camera.lens.road_factor(before, camera.width))
 
     def _knows_camera(self, travel: Travel | None) -> bool:
         """Return whether the camera is known well enough for a distance, or need not be."""

@@ -3,8 +3,10 @@
 """Distances that are unknown or wrong are said to be."""
 
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
+from phase_traj_ros.core.road.travel import TravelState
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import sensor_noise
+import pytest
 
 TENTH = 100_000_000
 CORNER = [Straight(3.0), Turn(-90.0, 3.0, 4.5), Straight(2.0)]
@@ -45,3 +47,44 @@ def test_metres_need_the_camera_also_on_a_straight():
     # A vehicle that stands has no metres.
     stands = [sensor_noise(frames[0], sigma=1.0, seed=n) for n in range(60)]
     assert followed(stands, camera_height=1.65).reliability.reliable
+
+
+def test_standing_does_not_hide_metres_in_doubt():
+    frames = filmed(100.0, *CORNER)
+    stands = [sensor_noise(frames[-1], sigma=1.0, seed=n) for n in range(1200)]
+    estimator = followed(frames + stands, camera_height=1.65)
+    assert estimator.reliability.reliable
+    assert estimator.reliability.of_drive.words[0] == 'camera_not_known'
+
+
+@pytest.mark.parametrize('height', [0.0, 1.65])
+def test_metres_after_given_speeds_are_those_of_the_camera_that_a_turn_determines(height):
+    # At 6 m/s before the turn, whose last speed is given 2 s before it, and after it.
+    frames = filmed(100.0, Straight(5.0), Turn(-90.0, 3.0, 4.5), Straight(4.0))
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        code_source=CodeSource.AUTO, awaits_speeds=True, camera_height=height))
+    updates = []
+    for n, frame in enumerate(frames):
+        if n <= 30:
+            estimator.add_speed(n * TENTH, 6.0)
+        updates.append(estimator.update(frame, n * TENTH))
+    after = [update.travel for update in updates[-20:]]
+    assert all(travel.state is TravelState.MEASURED for travel in after)
+    assert sum(travel.distance for travel in after) == pytest.approx(12.0, rel=0.07)
+    assert after[0].scale < 0.1
+
+
+def test_a_camera_learned_from_images_of_another_shape_is_in_doubt():
+    estimator = followed(filmed(100.0, *CORNER), camera_height=1.65)
+    estimator.reset()
+    for n, frame in enumerate(filmed(60.0, Straight(3.0))):
+        estimator.update(frame[30:-30], n * TENTH)
+    assert estimator.reliability.words == ('camera_not_known',)
+
+
+def test_a_camera_is_learned_after_the_clock_starts_again():
+    estimator = followed(filmed(100.0, Straight(9.0)))
+    estimator.reset()
+    for n, frame in enumerate(filmed(100.0, *CORNER)):
+        estimator.update(frame, n * TENTH)
+    assert estimator.heading.camera.in_use.settled

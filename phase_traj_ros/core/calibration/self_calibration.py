@@ -36,8 +36,10 @@ class SelfCalibration(ABC):
         self._tracker = TurnTracker()
         # Shape of the frames; (0, 0) before the first.
         self._shape = (0, 0)
-        # First and last stamp of all frames.
-        self._stamp_range_ns: tuple[int, int] | None = None
+        # First and last stamp of the parts of turns that were used, and how long the newest lasted
+        # if its stamp is not known yet.
+        self._used_range_ns: tuple[int, int] | None = None
+        self._newest_lasted_ns = 0
         self._replayed = False
         self.forget()
 
@@ -82,13 +84,16 @@ class SelfCalibration(ABC):
         Record the stamp of the newest frame.
 
         A repeated recording, such as a bag in a loop, adds no evidence: nothing is learned while
-        the stamps are within the range already seen.
+        the stamps are within the range of the turns that were used.
         """
-        first, last = self._stamp_range_ns or (stamp_ns, stamp_ns - 1)
+        first, last = self._used_range_ns or (stamp_ns, stamp_ns - 1)
         self._replayed = first <= stamp_ns <= last
-        self._stamp_range_ns = min(first, stamp_ns), max(last, stamp_ns)
         if self._replayed:
             self._tracker.cut()
+        if self._newest_lasted_ns:
+            self._used_range_ns = (
+                min(first, stamp_ns - self._newest_lasted_ns), max(last, stamp_ns))
+            self._newest_lasted_ns = 0
 
     def update(
         self, frame: Frame, shift_px: float, interval: float, *, reverses: bool | None = None,
@@ -144,6 +149,7 @@ class SelfCalibration(ABC):
         if fit is None:
             return False
         self.turns += 1
+        self._newest_lasted_ns = round(1e9 * float(tracks.seconds[-1]))
         self._add(fit, tracks)
         return True
 

@@ -10,9 +10,13 @@ class CameraHeight:
 
     def __init__(self, given: float, deviation: float) -> None:
         """Start with a height in metres (0 if unknown) and its relative standard deviation."""
-        self._known = given > 0.0
-        self._metres = given if self._known else TUNING.usual_height
-        self._variance = (deviation if self._known else TUNING.height_spread) ** 2
+        self._given, self._given_deviation = given, deviation
+        self._restart()
+
+    def _restart(self) -> None:
+        self._known = self._given > 0.0
+        self._metres = self._given if self._known else TUNING.usual_height
+        self._variance = (self._given_deviation if self._known else TUNING.height_spread) ** 2
 
     @property
     def metres(self) -> float | None:
@@ -23,6 +27,18 @@ class CameraHeight:
     def deviation(self) -> float:
         """Return the relative standard deviation of the height."""
         return float(self._variance ** 0.5)
+
+    def change_lens(self, factor: float) -> None:
+        """
+        Continue with a lens that measures distances in camera heights ``factor`` times as long.
+
+        A height from speeds has the error of the previous lens, and a given one does not.
+        """
+        if self._given > 0.0 or not self._known:
+            self._restart()
+        else:
+            self._metres /= factor
+            self._variance += TUNING.lens_height_error ** 2
 
     def add(self, metres: float, heights: float, interval: float) -> None:
         """Add the distance of a pair in metres and in camera heights, and its time in seconds."""

@@ -142,6 +142,15 @@ class Lens:
         """Return the horizontal focal length in pixels for frames ``width`` pixels wide."""
         return self._focal or self._focal_widths * width
 
+    def road_factor(self, before: 'Lens', width: int) -> float:
+        """
+        Return how many times as long distances on the road are as those by the lens ``before``.
+
+        The same horizon in frames ``width`` pixels wide makes them proportional to the focal
+        length.
+        """
+        return self.focal_for(width) / before.focal_for(width)
+
     def hfov_for(self, width: int) -> float:
         """Return the horizontal field of view in degrees for frames ``width`` pixels wide."""
         if self.camera is not None:

@@ -112,13 +112,20 @@ class YawCamera:
     @property
     def in_use(self) -> CameraInUse | None:
         """Return the camera in use; None before the first frame."""
-        return CameraInUse.of(self.lens, self._shape[1]) if self._shape else None
+        if not self._shape:
+            return None
+        return CameraInUse.of(self.lens, (self._shape[0], self._shape[1]))
 
     @property
     def model(self) -> CameraModel:
         """Return the camera model of the upright image, for frames like the newest one."""
         camera = self.lens.camera_for((self._shape[0], self._shape[1]))
         return camera.turned_180() if self.rotate_180 and self.lens.camera else camera
+
+    @property
+    def width(self) -> int:
+        """Return the width of the newest frame in pixels; 0 before the first."""
+        return self._shape[1] if self._shape else 0
 
     @property
     def pixel_weights(self) -> NDArray[np.float32] | None:
@@ -276,10 +283,9 @@ class YawCamera:
         before, self.lens = self.lens, lens
         if not self._shape or before.origin not in (LensOrigin.ASSUMED, LensOrigin.DRIVE):
             return 1.0
-        width = self._shape[1]
         # Not the roll: the current one has been taken into account.
         level_before, level = math.cos(before.horizon.pitch), math.cos(lens.horizon.pitch)
-        return before.focal_for(width) / lens.focal_for(width) * level_before / level
+        return level_before / level / lens.road_factor(before, self.width)
 
     def _make_meter(self, frame: NDArray[np.uint8], lens: Lens) -> YawMeter:
         if self._weights.mask is not None:

@@ -31,23 +31,23 @@ class ReliabilityMonitor:
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
         self._seen_ns = self._measured_ns = 0
         self._rivalled_ns: int | None = None
-        self._usual_ns = 0
+        self._usual_ns = self._still_ns = 0
         # The frames since the newest one that are not used, by their reasons.
         self._unused: Counter[Reason] = Counter()
 
     def add(
         self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, seen: bool = True,
-        travel: Travel | None = None, metric: bool = True, camera_known: bool = True,
-        contradicted: bool = False, cut: bool = False, frames: int = 1,
+        stands: bool = False, travel: Travel | None = None, metric: bool = True,
+        camera_known: bool = True, contradicted: bool = False, cut: bool = False, frames: int = 1,
     ) -> None:
         """
         Add the next pair.
 
-        ``seen``: its motion was measured. ``travel``: its distance, if there is one; it has to be
-        known if it is ``metric``. ``camera_known``: that distance needs no camera, or it is known.
-        ``contradicted``: the direction code contradicts the heading.
-        ``cut``: the scene changed in the previous pair. ``frames``: number of the second frame
-        minus that of the first one; the pair counts as so many.
+        ``seen``: its motion was measured. ``stands``: the vehicle stands. ``travel``: its
+        distance, if there is one; it has to be known if it is ``metric``. ``camera_known``: that
+        distance needs no camera, or it is known. ``contradicted``: the direction code contradicts
+        the heading. ``cut``: the scene changed in the previous pair. ``frames``: number of the
+        second frame minus that of the first one; the pair counts as so many.
         """
         if not self._parts:
             self._start_ns = self._judged_ns = stamp_ns - interval_ns
@@ -66,6 +66,8 @@ class ReliabilityMonitor:
         self._counts[evidence] += frames
         part.seconds += interval_ns * 1e-9
         part.cuts += cut
+        if stands:
+            self._still_ns += interval_ns
         if seen:
             self._seen_ns = stamp_ns
         elif evidence in _REASONS and stamp_ns - self._seen_ns > TUNING.unmeasured_ns:
@@ -112,7 +114,7 @@ class ReliabilityMonitor:
             spans[camera_reason] = [(start, end)]
             if camera_reason not in reasons:
                 reasons.append(camera_reason)
-        return Reliability(tuple(reasons), in_order(spans), start, end)
+        return Reliability(tuple(reasons), in_order(spans), start, end, self._still_ns)
 
     def _make_room(self, stamp_ns: int) -> None:
         """Begin a new part of the window where the last one is over, and drop the oldest."""

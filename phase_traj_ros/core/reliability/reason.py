@@ -41,8 +41,8 @@ _SENTENCES = {
     Reason.SHAKING: 'The camera turns back and forth faster than a vehicle can.',
     Reason.RATE_TOO_LOW: 'The frames are too far apart in time: give more frames per second.',
     Reason.MANY_CUTS: 'The video is cut into scenes that are too short to show a turn.',
-    Reason.CAMERA_NOT_KNOWN: 'The turns do not determine the focal length well enough, or only'
-                             ' late: give hfov_deg or a calibration.',
+    Reason.CAMERA_NOT_KNOWN: 'The focal length is not known well enough, or not from the start:'
+                             ' give hfov_deg or a calibration.',
     Reason.CAMERA_CONTRADICTED: 'The turns contradict the given focal length: correct hfov_deg or'
                                 ' focal_px, or leave it out to learn it from the turns.',
     Reason.NOT_COMPARED: 'Most frames cannot be compared with the one before: they are further'

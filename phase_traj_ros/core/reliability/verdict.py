@@ -35,6 +35,8 @@ class Reliability:
     """Stamp at which the drive starts."""
     end_ns: int = 0
     """Stamp of its newest frame."""
+    still_ns: int = 0
+    """For how much of it the vehicle stood."""
 
     @property
     def reliable(self) -> bool:
@@ -51,11 +53,14 @@ class Reliability:
         """
         Return the verdict on the whole drive, with the reasons of its spans, longest first.
 
-        The drive is reliable if the spans are not more than 5 % of it.
+        The drive is reliable if the spans are not more than 5 % of the time in which the vehicle
+        moves. A drive in which it moves for less than a minute is judged like a minute.
         """
-        if self.end_ns <= self.start_ns:
+        lasts_ns = self.end_ns - self.start_ns
+        if lasts_ns <= 0:
             return self
-        allowed = TUNING.max_unreliable * (self.end_ns - self.start_ns)
+        allowed = TUNING.max_unreliable * max(
+            lasts_ns - self.still_ns, min(lasts_ns, TUNING.window_ns))
         spans = [(span.start_ns, span.end_ns) for span in self.spans]
         lasted: Counter[Reason] = Counter()
         if sum(end - start for start, end in joined(spans)) > allowed:

@@ -98,9 +98,12 @@ class Replay:
 
     @property
     def assumes_camera(self) -> bool:
-        """Return whether distances are measured with a camera that no turn has determined."""
+        """Return whether the distance depends on a camera that no turn has determined."""
+        settings = self.parameters.settings
+        # A height that is learned from speeds has the error of the camera.
+        by_speeds = settings.metric and settings.camera_height == 0.0
         return (self.camera is not None and self.camera.origin is LensOrigin.ASSUMED
-                and self.way.measured)
+                and self.way.measured and not by_speeds)
 
     @property
     def frames(self) -> int:

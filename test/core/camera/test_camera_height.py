@@ -31,6 +31,26 @@ def test_speeds_do_not_make_a_sure_height_less_sure():
     assert height.deviation <= 0.01
 
 
+def test_a_height_from_speeds_follows_the_lens():
+    height = CameraHeight(0.0, 0.04)
+    height.change_lens(0.5)
+    assert height.metres is None
+    for _ in range(200):
+        height.add(1.0, 1.0, 0.1)
+    sure = height.deviation
+    height.change_lens(0.5)
+    assert height.metres == pytest.approx(2.0, rel=0.01)
+    assert height.deviation == pytest.approx((sure ** 2 + 0.05 ** 2) ** 0.5)
+
+
+def test_a_given_height_is_that_of_any_lens():
+    height = CameraHeight(1.65, 0.04)
+    for _ in range(200):
+        height.add(1.0, 1.0, 0.1)
+    height.change_lens(0.5)
+    assert (height.metres, height.deviation) == (1.65, pytest.approx(0.04))
+
+
 @pytest.mark.parametrize('seconds', [3, 20])
 @pytest.mark.parametrize('rate_hz', [5, 30, 120])
 def test_it_is_learned_by_time_at_any_frame_rate(rate_hz, seconds):
