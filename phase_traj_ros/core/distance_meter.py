@@ -6,6 +6,7 @@ from dataclasses import replace
 import math
 
 from phase_traj_ros.core.camera.camera_height import CameraHeight
+from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 from phase_traj_ros.core.camera.tuning import TUNING as CAMERA
 from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.road.travel import Travel, TravelState
@@ -32,9 +33,12 @@ class DistanceMeter:
         """Continue with other settings; speeds and height are kept."""
         self._settings = settings
 
-    def change_lens(self, factor: float) -> None:
-        """Continue with a lens that measures distances in heights ``factor`` times as long."""
-        self._height.change_lens(factor)
+    def change_lens(self, before: Lens, lens: Lens, width: int) -> None:
+        """Continue with another lens than ``before``, in frames ``width`` pixels wide."""
+        if before.is_guess:
+            self._height.change_lens(
+                lens.focal_ratio(before, width), lens.straightness - before.straightness,
+                assumed=before.origin is LensOrigin.ASSUMED)
 
     def reset(self) -> None:
         """Forget the newest speed; the height of the camera is kept."""

@@ -215,13 +215,13 @@ class Integration:
         return update
 
     def _follow_lens(self) -> None:
-        """Pass on by how much the lens that measured this pair changes distances on the road."""
+        """Correct the height of the camera if another lens has measured this pair."""
         if self.heading is None or self.heading.camera.lens is self._measuring_lens:
             return
         camera, before = self.heading.camera, self._measuring_lens
         self._measuring_lens = camera.lens
         if before is not None:
-            self.distance_meter.change_lens(camera.lens.road_factor(before, camera.width))
+            self.distance_meter.change_lens(before, camera.lens, camera.width)
 
     def _knows_camera(self, travel: Travel | None) -> bool:
         """Return whether the camera is known well enough for a distance, or need not be."""

@@ -90,4 +90,4 @@ def _learn(options: Namespace, path: Path) -> CameraEstimate | None:
 
 
 def _words(estimate: CameraEstimate) -> str:
-    return str(CameraInUse.of(Lens(estimate=estimate), (estimate.height, estimate.width)))
+    return str(CameraInUse.of(Lens(estimate=estimate), estimate.width))

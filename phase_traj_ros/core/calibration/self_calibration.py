@@ -36,10 +36,6 @@ class SelfCalibration(ABC):
         self._tracker = TurnTracker()
         # Shape of the frames; (0, 0) before the first.
         self._shape = (0, 0)
-        # First and last stamp of the parts of turns that were used, and how long the newest lasted
-        # if its stamp is not known yet.
-        self._used_range_ns: tuple[int, int] | None = None
-        self._newest_lasted_ns = 0
         self._replayed = False
         self.forget()
 
@@ -48,6 +44,10 @@ class SelfCalibration(ABC):
         self._tracker.cut()
         self.turns = 0
         """Number of parts of turns that were used."""
+        # First and last stamp of these parts, and how long the newest lasted if its stamp is not
+        # known yet.
+        self._used_range_ns: tuple[int, int] | None = None
+        self._newest_lasted_ns = 0
         self._frames, self._attempts = 0, 0
         self._restart()
 

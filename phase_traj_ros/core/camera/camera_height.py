@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimates the camera height in metres, the factor from camera heights to metres."""
 
+import math
+
 from phase_traj_ros.core.camera.tuning import TUNING
 
 
@@ -28,17 +30,20 @@ class CameraHeight:
         """Return the relative standard deviation of the height."""
         return float(self._variance ** 0.5)
 
-    def change_lens(self, factor: float) -> None:
+    def change_lens(self, factor: float, straightened: float, *, assumed: bool) -> None:
         """
-        Continue with a lens that measures distances in camera heights ``factor`` times as long.
+        Continue with another lens, after one that was a guess.
 
-        A height from speeds has the error of the previous lens, and a given one does not.
+        It measures distances in camera heights ``factor`` times as long, and its straightness is
+        higher by ``straightened``. If the previous lens was only ``assumed``, a height that was
+        given counts again, as speeds have adapted it to that lens.
         """
-        if self._given > 0.0 or not self._known:
+        if assumed and self._given > 0.0:
             self._restart()
-        else:
+        elif self._known:
             self._metres /= factor
-            self._variance += TUNING.lens_height_error ** 2
+            change = abs(math.log(factor)) + abs(straightened)
+            self._variance += (TUNING.lens_height_error * change) ** 2
 
     def add(self, metres: float, heights: float, interval: float) -> None:
         """Add the distance of a pair in metres and in camera heights, and its time in seconds."""

@@ -3,7 +3,6 @@
 """The camera in use, its origin and its uncertainty."""
 
 from dataclasses import dataclass, replace
-import math
 
 from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 from phase_traj_ros.core.camera.tuning import TUNING
@@ -40,13 +39,9 @@ class CameraInUse:
     """Number of turns, or parts of turns, used for the estimate."""
 
     @classmethod
-    def of(cls, lens: Lens, shape: tuple[int, int]) -> 'CameraInUse':
-        """
-        Return the camera with ``lens`` for frames of this shape, (H, W).
-
-        What was learned from frames of another aspect ratio is only assumed.
-        """
-        camera, estimate, width = lens.camera, lens.estimate, shape[1]
+    def of(cls, lens: Lens, width: int) -> 'CameraInUse':
+        """Return the camera with ``lens`` for frames ``width`` pixels wide."""
+        camera, estimate = lens.camera, lens.estimate
         exact = cls(
             origin=lens.origin, focal_px=lens.focal_for(width), hfov_deg=lens.hfov_for(width),
             straightness=lens.straightness if camera is None else None,
@@ -55,8 +50,6 @@ class CameraInUse:
         if estimate is None:
             return exact
         scale = width / estimate.width
-        if abs(math.log(scale * estimate.height / shape[0])) > TUNING.same_aspect:
-            return replace(exact, origin=LensOrigin.ASSUMED)
         least, most = (end * scale for end in estimate.focal_interval_px)
         return replace(exact, interval_px=(least, most), probability=estimate.probability,
                        turns=estimate.turns)

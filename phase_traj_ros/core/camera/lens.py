@@ -142,14 +142,22 @@ class Lens:
         """Return the horizontal focal length in pixels for frames ``width`` pixels wide."""
         return self._focal or self._focal_widths * width
 
-    def road_factor(self, before: 'Lens', width: int) -> float:
-        """
-        Return how many times as long distances on the road are as those by the lens ``before``.
+    @property
+    def is_guess(self) -> bool:
+        """Return whether the lens is assumed, or learned from the drive."""
+        return self.origin in (LensOrigin.ASSUMED, LensOrigin.DRIVE)
 
-        The same horizon in frames ``width`` pixels wide makes them proportional to the focal
-        length.
+    def focal_ratio(self, before: 'Lens', width: int) -> float:
         """
-        return self.focal_for(width) / before.focal_for(width)
+        Return the ratio of the focal length to that of ``before``; 1 if that was not a guess.
+
+        The frames so far are ``width`` pixels wide; a calibration may be for other ones. Distances
+        on the road are as many times as long, as the horizon stays in its place.
+        """
+        if not before.is_guess:
+            return 1.0
+        own = width if self.camera is None else self.camera.width
+        return self.focal_for(own) / own * width / before.focal_for(width)
 
     def hfov_for(self, width: int) -> float:
         """Return the horizontal field of view in degrees for frames ``width`` pixels wide."""

@@ -112,9 +112,7 @@ class YawCamera:
     @property
     def in_use(self) -> CameraInUse | None:
         """Return the camera in use; None before the first frame."""
-        if not self._shape:
-            return None
-        return CameraInUse.of(self.lens, (self._shape[0], self._shape[1]))
+        return CameraInUse.of(self.lens, self.width) if self._shape else None
 
     @property
     def model(self) -> CameraModel:
@@ -281,11 +279,11 @@ class YawCamera:
     def _set_lens(self, lens: Lens) -> float:
         """Use another lens; return the factor that corrects angles measured with a guess."""
         before, self.lens = self.lens, lens
-        if not self._shape or before.origin not in (LensOrigin.ASSUMED, LensOrigin.DRIVE):
+        if not self._shape or not before.is_guess:
             return 1.0
         # Not the roll: the current one has been taken into account.
         level_before, level = math.cos(before.horizon.pitch), math.cos(lens.horizon.pitch)
-        return level_before / level / lens.road_factor(before, self.width)
+        return level_before / level / lens.focal_ratio(before, self.width)
 
     def _make_meter(self, frame: NDArray[np.uint8], lens: Lens) -> YawMeter:
         if self._weights.mask is not None:

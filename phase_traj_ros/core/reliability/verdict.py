@@ -53,21 +53,27 @@ class Reliability:
         """
         Return the verdict on the whole drive, with the reasons of its spans, longest first.
 
-        The drive is reliable if the spans are not more than 5 % of the time in which the vehicle
-        moves. A drive in which it moves for less than a minute is judged like a minute.
+        The drive is reliable if the spans are not more than 5 % of it, and those with a camera
+        that is not known, which are parts in which the vehicle moves, not more than 5 % of the
+        time in which it moves, or of a minute if that is longer.
         """
         lasts_ns = self.end_ns - self.start_ns
         if lasts_ns <= 0:
             return self
-        allowed = TUNING.max_unreliable * max(
-            lasts_ns - self.still_ns, min(lasts_ns, TUNING.window_ns))
-        spans = [(span.start_ns, span.end_ns) for span in self.spans]
+        moves_ns = max(lasts_ns - self.still_ns, min(lasts_ns, TUNING.window_ns))
         lasted: Counter[Reason] = Counter()
-        if sum(end - start for start, end in joined(spans)) > allowed:
+        if (self._doubted_ns(*Reason) > TUNING.max_unreliable * lasts_ns
+                or self._doubted_ns(Reason.CAMERA_NOT_KNOWN) > TUNING.max_unreliable * moves_ns):
             for span in self.spans:
                 for reason in span.reasons:
                     lasted[reason] += span.end_ns - span.start_ns
         return replace(self, reasons=tuple(reason for reason, _ in lasted.most_common()))
+
+    def _doubted_ns(self, *reasons: Reason) -> int:
+        """Return how long the spans with one of these reasons last together."""
+        spans = [(span.start_ns, span.end_ns) for span in self.spans
+                 if not set(reasons).isdisjoint(span.reasons)]
+        return sum(end - start for start, end in joined(spans))
 
 
 def joined(spans: Iterable[tuple[int, int]], *, within: int = 0) -> list[tuple[int, int]]:

@@ -68,7 +68,7 @@ class RoadCamera:
         speeds = pitch = None
         if self._form is not None and before is not None:
             speeds = before.speed_filter
-            speeds.speed *= lens.road_factor(self._form[0], frame.shape[1])
+            speeds.speed *= lens.focal_ratio(self._form[0], frame.shape[1])
             speeds.deviation += TUNING.lens_change_error * abs(speeds.speed)
             # The column of the principal point alone does not change the pitch; turning the
             # camera upside down does.

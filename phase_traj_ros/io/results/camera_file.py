@@ -37,7 +37,7 @@ def camera_values(estimate: CameraEstimate) -> dict[str, float]:
 
 def write_camera(estimate: CameraEstimate, path: Path, *, rotate_180: bool = False) -> None:
     """Write a parameter file for ``--params`` and for the node."""
-    known = CameraInUse.of(Lens(estimate=estimate), (estimate.height, estimate.width))
+    known = CameraInUse.of(Lens(estimate=estimate), estimate.width)
     turned = {'rotate_180': True} if rotate_180 else {}
     values = yaml.safe_dump(
         {'/**': {'ros__parameters': {**camera_values(estimate), **turned}}}, sort_keys=False)

@@ -1,5 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
+import math
+
 import numpy as np
 from phase_traj_ros.core.camera.camera_height import CameraHeight
 import pytest
@@ -31,24 +33,42 @@ def test_speeds_do_not_make_a_sure_height_less_sure():
     assert height.deviation <= 0.01
 
 
+def learned(given=0.0):
+    height = CameraHeight(given, 0.04)
+    for _ in range(200):
+        height.add(1.0, 1.0, 0.1)
+    return height
+
+
 def test_a_height_from_speeds_follows_the_lens():
     height = CameraHeight(0.0, 0.04)
-    height.change_lens(0.5)
+    height.change_lens(0.5, 0.0, assumed=True)
     assert height.metres is None
-    for _ in range(200):
-        height.add(1.0, 1.0, 0.1)
+    height = learned()
     sure = height.deviation
-    height.change_lens(0.5)
+    height.change_lens(0.5, 0.0, assumed=True)
     assert height.metres == pytest.approx(2.0, rel=0.01)
-    assert height.deviation == pytest.approx((sure ** 2 + 0.05 ** 2) ** 0.5)
+    assert height.deviation == pytest.approx(math.hypot(sure, 0.15 * math.log(2.0)))
+    # The road that a fisheye sees has other proportions.
+    height.change_lens(1.0, -1.0, assumed=False)
+    assert height.deviation > 0.15
 
 
-def test_a_given_height_is_that_of_any_lens():
-    height = CameraHeight(1.65, 0.04)
-    for _ in range(200):
-        height.add(1.0, 1.0, 0.1)
-    height.change_lens(0.5)
+def test_the_column_of_a_lens_does_not_change_the_height():
+    height = learned(1.65)
+    before = height.metres, height.deviation
+    height.change_lens(1.0, 0.0, assumed=False)
+    assert (height.metres, height.deviation) == before
+
+
+def test_a_given_height_counts_again_after_an_assumed_lens():
+    height = learned(1.65)
+    height.change_lens(0.5, 0.0, assumed=True)
     assert (height.metres, height.deviation) == (1.65, pytest.approx(0.04))
+    height = learned(1.65)
+    metres = height.metres
+    height.change_lens(0.98, 0.0, assumed=False)
+    assert height.metres == pytest.approx(metres / 0.98)
 
 
 @pytest.mark.parametrize('seconds', [3, 20])

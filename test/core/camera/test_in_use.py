@@ -14,7 +14,7 @@ def test_a_calibrated_fisheye_is_told_by_its_calibration():
     calibration = CameraModel(
         width=480, height=360, fx=200.0, fy=200.0, cx=263.5, cy=180.0,
         distortion=Distortion.FISHEYE, coefficients=(0.0, 0.0, 0.0, 0.0))
-    camera = CameraInUse.of(Lens(camera=calibration), (360, 480))
+    camera = CameraInUse.of(Lens(camera=calibration), 480)
     assert camera.origin is LensOrigin.CALIBRATION
     assert camera.focal_px == 200.0
     # An equidistant one: as far as a pinhole's 100 degrees, and farther.

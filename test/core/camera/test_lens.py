@@ -33,7 +33,7 @@ def test_where_it_comes_from_and_what_it_says(lens, origin, focal):
     assert lens.origin is origin
     assert lens.focal_for(320) == pytest.approx(focal)
     assert (lens.camera is MODEL) == (origin is LensOrigin.CALIBRATION)
-    assert CameraInUse.of(lens, SHAPE).origin is origin
+    assert CameraInUse.of(lens, 320).origin is origin
 
 
 @pytest.mark.parametrize(('lens', 'factor'), [
@@ -45,7 +45,7 @@ def test_frames_of_another_width(lens, factor):
     model, larger = lens.camera_for(SHAPE), lens.camera_for((480, 640))
     assert larger.fx == pytest.approx(factor * model.fx)
     assert (larger.cx + 0.5) / 640 == pytest.approx((model.cx + 0.5) / 320)
-    used, twice = (CameraInUse.of(lens, shape) for shape in (SHAPE, (480, 640)))
+    used, twice = (CameraInUse.of(lens, width) for width in (320, 640))
     assert twice.focal_px == pytest.approx(factor * used.focal_px)
     assert twice.offset == used.offset
     if used.interval_px is not None:
@@ -80,8 +80,8 @@ def test_the_tilt_is_the_share_of_a_turn_that_is_seen():
     # Of an estimate it is its own that counts.
     told = Lens(estimate=ESTIMATE, pitch_deg=40.0)
     assert told.tilt == pytest.approx(0.5 * math.cos(math.radians(5.0)))
-    assert CameraInUse.of(told, SHAPE).pitch_deg == 5.0
-    assert CameraInUse.of(given, SHAPE).pitch_deg == -60.0
+    assert CameraInUse.of(told, 320).pitch_deg == 5.0
+    assert CameraInUse.of(given, 320).pitch_deg == -60.0
 
 
 @pytest.mark.parametrize(('other', 'close'), [
@@ -118,35 +118,32 @@ def test_what_cannot_be(values, message):
      ' 1 part of a turn; pitch 12.0 deg up'),
 ])
 def test_in_words(lens, words):
-    assert str(CameraInUse.of(lens, SHAPE)) == words
+    assert str(CameraInUse.of(lens, 320)) == words
 
 
 def test_the_words_are_printed_whole():
     wide = replace(
         ESTIMATE, straightness=0.2, column_px=0.0, focal_px=811.1, focal_deviation=0.1,
         turns=111, pitch_deg=-12.0)
-    assert len(str(CameraInUse.of(Lens(estimate=wide), SHAPE))) <= 128
-
-
-@pytest.mark.parametrize(('shape', 'origin'), [
-    ((480, 640), LensOrigin.DRIVE), ((121, 160), LensOrigin.DRIVE),
-    ((180, 320), LensOrigin.ASSUMED), ((240, 400), LensOrigin.ASSUMED)])
-def test_what_images_of_another_aspect_ratio_have_taught_is_assumed(shape, origin):
-    used = CameraInUse.of(Lens(estimate=ESTIMATE), shape)
-    assert used.origin is origin
-    assert used.settled == (origin is LensOrigin.DRIVE)
-    assert CameraInUse.of(Lens(hfov_deg=75.0), shape).settled
+    assert len(str(CameraInUse.of(Lens(estimate=wide), ESTIMATE.width))) <= 128
 
 
 def test_distances_on_the_road_are_proportional_to_the_focal_length():
     narrow, wide = Lens(hfov_deg=60.0), Lens(hfov_deg=90.0)
-    assert narrow.road_factor(wide, 320) == pytest.approx(math.sqrt(3.0))
-    assert wide.road_factor(Lens(focal_px=100.0), 320) == pytest.approx(1.6)
+    assumed = Lens(hfov_deg=90.0, assumed=True)
+    assert narrow.focal_ratio(assumed, 320) == pytest.approx(math.sqrt(3.0))
+    assert Lens(focal_px=100.0).focal_ratio(Lens(estimate=ESTIMATE), 320) == pytest.approx(0.625)
+    # A calibration may be for the next images, of another size: here of half the width.
+    half = replace(MODEL, width=160, height=120, fx=0.5 * MODEL.fx, fy=0.5 * MODEL.fy)
+    whole, other = Lens(camera=MODEL), Lens(camera=half)
+    assert other.focal_ratio(assumed, 320) == pytest.approx(whole.focal_ratio(assumed, 320))
+    # What was given before is right for its images, as with a zoom lens.
+    assert narrow.focal_ratio(wide, 320) == other.focal_ratio(whole, 320) == 1.0
 
 
 def test_only_an_estimate_says_how_sure_it_is():
-    told = CameraInUse.of(Lens(estimate=ESTIMATE), SHAPE)
+    told = CameraInUse.of(Lens(estimate=ESTIMATE), 320)
     assert (told.turns, told.probability) == (3, ESTIMATE.probability)
     for lens in (Lens(focal_px=9.0), Lens(camera=MODEL), Lens(hfov_deg=75.0, assumed=True)):
-        used = CameraInUse.of(lens, SHAPE)
+        used = CameraInUse.of(lens, 320)
         assert (used.interval_px, used.probability, used.turns) == (None, None, None)

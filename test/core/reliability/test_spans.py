@@ -44,3 +44,10 @@ def test_spans_of_the_whole_drive_overlap_and_count_once():
     drive = Reliability((), spans, 0, 1000)
     # Together they are 40 of 1000, of which 50 are allowed.
     assert drive.of_drive.reliable
+    # Those with a camera that is not known, only in the time in which the vehicle moves.
+    second = 1_000_000_000
+    for reason, reliable in ((Reason.FROZEN, True), (Reason.CAMERA_NOT_KNOWN, False)):
+        spans = (UnreliableSpan(0, 4 * second, (reason,)),)
+        drive = Reliability((), spans, 0, 100 * second, 90 * second)
+        assert drive.of_drive.reliable == reliable
+        assert Reliability((), spans, 0, 100 * second, 20 * second).of_drive.reliable
