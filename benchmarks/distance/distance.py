@@ -63,10 +63,10 @@ _INTRODUCTION = f"""
     All drives use one configuration: the calibration of the camera, its height above the road
     (`camera_height: 1.65`), and the defaults.
 
-    The distance of real clips is off by 1 % at most, that of whole rendered sequences by 0.2 %.
-    It needs the correct field of view: one that is wrong by 10 % makes it wrong by 12 to 16 %,
-    while a wrong pitch, a roll or a lorry ahead changes it by less than 1 %. On snow, the road has
-    no texture, and the result says so.
+    The distance of real clips is off by less than 1 %, that of whole rendered sequences by 0.3 %
+    at most. It needs the correct field of view: one that is wrong by 10 % makes it wrong by 12 to
+    16 %, while a wrong pitch, a roll or a lorry ahead changes it by less than 1 %. On snow, the
+    road has no texture, and the result says so.
 
     *Distance* is the error of the total distance. *t_rel* is the mean error gained on parts of
     100 to 800 m (on drives under 200 m of 50 m, too), in the plane. *Path* is the error of the

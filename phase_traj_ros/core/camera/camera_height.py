@@ -19,6 +19,8 @@ class CameraHeight:
         self._known = self._given > 0.0
         self._metres = self._given if self._known else TUNING.usual_height
         self._variance = (self._given_deviation if self._known else TUNING.height_spread) ** 2
+        # Whether speeds have changed the height.
+        self._learned = False
 
     @property
     def metres(self) -> float | None:
@@ -35,12 +37,12 @@ class CameraHeight:
         Continue with another lens, after one that was a guess.
 
         It measures distances in camera heights ``factor`` times as long, and its straightness is
-        higher by ``straightened``. If the previous lens was only ``assumed``, a height that was
-        given counts again, as speeds have adapted it to that lens.
+        higher by ``straightened``. What speeds have taught follows the lens; if the previous one
+        was only ``assumed``, a height that was given counts again.
         """
         if assumed and self._given > 0.0:
             self._restart()
-        elif self._known:
+        elif self._learned:
             self._metres /= factor
             change = abs(math.log(factor)) + abs(straightened)
             self._variance += (TUNING.lens_height_error * change) ** 2
@@ -53,4 +55,4 @@ class CameraHeight:
         # The error of the speedometer does not average out. A given height may be more certain.
         least = min(self._variance, TUNING.speedometer_error ** 2)
         self._variance = max(self._variance * (1.0 - gain), least)
-        self._known = True
+        self._known = self._learned = True

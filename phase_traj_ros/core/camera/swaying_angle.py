@@ -61,19 +61,12 @@ class SwayingAngle:
         """Add the variance by which the mounting changes within ``interval`` seconds."""
         self._covariance[0, 0] += mounting_drift(interval)
 
-    def _correct(
-        self, innovation: float, variance: float, *, slope: float = 1.0, outliers: bool = True,
-    ) -> None:
-        """
-        Add a measurement; ``slope`` is its derivative by the sum of both angles.
-
-        Where there may be ``outliers``, one that is far off counts less.
-        """
+    def _correct(self, innovation: float, variance: float, *, slope: float = 1.0) -> None:
+        """Add a measurement; ``slope`` is its derivative by the sum of both angles."""
         spread = slope * self._covariance.sum(axis=1)
         total = slope * float(spread.sum())
-        if outliers:
-            limit = TUNING.outlier_deviations ** 2 * (total + variance)
-            variance *= max(1.0, innovation * innovation / limit)
+        limit = TUNING.outlier_deviations ** 2 * (total + variance)
+        variance *= max(1.0, innovation * innovation / limit)
         gain = spread / (total + variance)
         self._state += gain * innovation
         self._covariance -= np.outer(gain, spread)

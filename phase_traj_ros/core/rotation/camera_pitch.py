@@ -63,10 +63,7 @@ class CameraPitch(SwayingAngle):
         current pitch is ``assumed``, in radians.
         """
         steep = 2.0 * apart
-        pitch = assumed + math.log(max(ratio, 1e-3)) / steep
-        # The slides agree within their errors, so a pitch that is far off is that of a road that
-        # begins to rise or fall: it is no outlier.
-        self._correct(pitch - self.current, variance / (steep * steep), outliers=False)
+        self.add(assumed + math.log(max(ratio, 1e-3)) / steep, variance / (steep * steep))
 
     def add(self, pitch: float, variance: float) -> None:
         """Add a measured pitch in radians, positive down, with its variance."""

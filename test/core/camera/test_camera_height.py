@@ -69,6 +69,10 @@ def test_a_given_height_counts_again_after_an_assumed_lens():
     metres = height.metres
     height.change_lens(0.98, 0.0, assumed=False)
     assert height.metres == pytest.approx(metres / 0.98)
+    # Without speeds, nothing depends on the lens.
+    height = CameraHeight(1.65, 0.04)
+    height.change_lens(0.8, -1.0, assumed=False)
+    assert (height.metres, height.deviation) == (1.65, pytest.approx(0.04))
 
 
 @pytest.mark.parametrize('seconds', [3, 20])

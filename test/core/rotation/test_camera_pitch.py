@@ -45,17 +45,6 @@ def test_it_follows_the_springs_and_keeps_the_mounting():
     assert braking.mounting == pytest.approx(0.01, abs=0.004)
 
 
-def test_the_near_and_the_far_road_show_that_the_road_begins_to_rise():
-    tilt = driven(CameraPitch(Horizon()), [0.02] * 200, slides=True)
-    for _ in range(4):
-        # The road ahead is 3 degrees steeper than that on which the vehicle stands.
-        tilt.predict(0.1)
-        tilt.add_slides(math.exp(4.0 * 0.072), 2.0, (4.0 * 0.008) ** 2, assumed=0.0)
-    # Half of the way within half a second, as that is no outlier; the mounting stays.
-    assert tilt.current > 0.046
-    assert tilt.mounting == pytest.approx(0.02, abs=0.006)
-
-
 @pytest.mark.parametrize('given_deg', [0.0, 4.0, -4.0])
 def test_a_pitch_that_was_given_wrong_is_mended(given_deg):
     tilt = driven(CameraPitch(Horizon().with_given(pitch_deg=given_deg)), [0.01] * 200)
