@@ -16,16 +16,16 @@ class CameraHeight:
         self._restart()
 
     def _restart(self) -> None:
-        self._known = self._given > 0.0
-        self._metres = self._given if self._known else TUNING.usual_height
-        self._variance = (self._given_deviation if self._known else TUNING.height_spread) ** 2
+        given = self._given > 0.0
+        self._metres = self._given if given else TUNING.usual_height
+        self._variance = (self._given_deviation if given else TUNING.height_spread) ** 2
         # Whether speeds have changed the height.
         self._learned = False
 
     @property
     def metres(self) -> float | None:
         """Return the height in metres; None if it is unknown."""
-        return self._metres if self._known else None
+        return self._metres if self._given > 0.0 or self._learned else None
 
     @property
     def deviation(self) -> float:
@@ -55,4 +55,4 @@ class CameraHeight:
         # The error of the speedometer does not average out. A given height may be more certain.
         least = min(self._variance, TUNING.speedometer_error ** 2)
         self._variance = max(self._variance * (1.0 - gain), least)
-        self._known = self._learned = True
+        self._learned = True
