@@ -19,13 +19,13 @@ class CameraHeight:
         given = self._given > 0.0
         self._metres = self._given if given else TUNING.usual_height
         self._variance = (self._given_deviation if given else TUNING.height_spread) ** 2
-        # Whether speeds have changed the height.
-        self._learned = False
+        # The weight of the speeds in the height, from 0 to 1.
+        self._share = 0.0
 
     @property
     def metres(self) -> float | None:
         """Return the height in metres; None if it is unknown."""
-        return self._metres if self._given > 0.0 or self._learned else None
+        return self._metres if self._given > 0.0 or self._share > 0.0 else None
 
     @property
     def deviation(self) -> float:
@@ -42,9 +42,9 @@ class CameraHeight:
         """
         if assumed and self._given > 0.0:
             self._restart()
-        elif self._learned:
-            self._metres /= factor
-            change = abs(math.log(factor)) + abs(straightened)
+        else:
+            self._metres /= factor ** self._share
+            change = self._share * (abs(math.log(factor)) + abs(straightened))
             self._variance += (TUNING.lens_height_error * change) ** 2
 
     def add(self, metres: float, heights: float, interval: float) -> None:
@@ -55,4 +55,4 @@ class CameraHeight:
         # The error of the speedometer does not average out. A given height may be more certain.
         least = min(self._variance, TUNING.speedometer_error ** 2)
         self._variance = max(self._variance * (1.0 - gain), least)
-        self._learned = True
+        self._share += gain * (1.0 - self._share)
