@@ -33,10 +33,10 @@ def stretches(
     result is empty if too little of the road is visible.
     """
     ahead = np.arange(TUNING.patch_begin, TUNING.patch_end, CELL)
-    rows, seen = _rows_per_cell(camera, levelling, ahead)
-    sharp = np.append(seen & (rows > CELL / TUNING.max_row_spacing), False)
-    first = int(sharp.argmax())
-    last = first + int(sharp[first:].argmin())
+    rows, resolved = _rows_per_cell(camera, levelling, ahead)
+    resolved = np.append(resolved, False)
+    first = int(resolved.argmax())
+    last = first + int(resolved[first:].argmin())
     begin, length = float(ahead[first]), float(ahead[last] - ahead[first])
     if length < TUNING.min_length or rows[first:last].sum() < TUNING.min_rows:
         return ()
@@ -67,10 +67,17 @@ class GroundPatch:
         """
         begin, end = stretch
         count = _even((end - begin) / CELL)
-        self._ahead = np.asarray(begin + CELL * (np.arange(count)[::-1] + 0.5), np.float64)
+        # The rows of the patch, and those ahead of it that the camera resolves.
+        ahead = np.asarray(
+            begin + CELL * (np.arange(count + round(TUNING.max_offset / CELL)) + 0.5), np.float64)
+        rows_per_cell, resolved = _rows_per_cell(camera, levelling, ahead)
+        self.max_offset = int(np.append(resolved[count - 1:], False).argmin())
+        """Largest offset of the patch, in cells."""
+        ahead = ahead[:count + self.max_offset][::-1]
+        self._ahead = ahead[self.max_offset:]
         across = _even(2.0 * TUNING.half_width / CELL)
         self._aside = CELL * (np.arange(across) - (across - 1) / 2)
-        sight = _seen(camera, levelling, *np.meshgrid(self._aside, self._ahead))
+        sight = _seen(camera, levelling, *np.meshgrid(self._aside, ahead))
         columns, rows = sight.columns, sight.rows
         if rotate_180:
             columns, rows = camera.width - 1 - columns, camera.height - 1 - rows
@@ -81,15 +88,14 @@ class GroundPatch:
             [CELL, 0.0, self._aside[0]], [0.0, 0.0, 1.0], [0.0, -CELL, self._ahead[0]]])
         self._from_road = np.linalg.inv(self._to_road)
         self._noise = np.float32(TUNING.noise_levels ** 2)
-        self.window = self._weights(sight.seen, mask)
+        self.window = self._weights(sight.seen[self.max_offset:], mask)
         """Weight of each cell, (M, N)."""
         total = float(self.window.sum())
         self.share = total / float(window_2d(Window.SQRT_HANN, self.shape).sum())
         """Share of the patch that is visible and not masked out, 0 to 1."""
         self.depth = float(self._ahead @ self.window.sum(axis=1)) / max(total, 1e-9)
         """Weighted mean distance of the patch ahead, in camera heights."""
-        rows_per_cell, _ = _rows_per_cell(camera, levelling, self._ahead)
-        self.blur_cells = TUNING.interpolation_blur / float(np.median(rows_per_cell))
+        self.blur_cells = TUNING.interpolation_blur / float(np.median(rows_per_cell[:count - 1]))
         """Standard deviation of the blur along the road in a pair of patches, in cells."""
 
     @property
@@ -97,13 +103,14 @@ class GroundPatch:
         """Return the size of the patch, (M, N) cells."""
         return len(self._ahead), len(self._aside)
 
-    def __call__(self, frame: Frame) -> NDArray[np.float32]:
+    def __call__(self, frame: Frame, offset: int = 0) -> NDArray[np.float32]:
         """
         Return the patch of a frame (H, W), without illumination and shadows, (M, N).
 
-        Each cell loses the local mean and is divided by the local contrast.
+        Each cell loses the local mean and is divided by the local contrast. The patch is moved
+        ahead by an ``offset`` in cells, at most ``max_offset``.
         """
-        patch = np.asarray(self._remapped(frame), np.float32)
+        patch = np.asarray(self._remapped(frame, offset), np.float32)
         patch -= _smoothed(patch, TUNING.mean_cells)
         contrast = _smoothed(np.square(patch), TUNING.contrast_cells)
         contrast += self._noise
@@ -129,9 +136,11 @@ class GroundPatch:
             patch, homography, (patch.shape[1], patch.shape[0]),
             flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE)
 
-    def _remapped(self, picture: Frame) -> Frame:
+    def _remapped(self, picture: Frame, offset: int = 0) -> Frame:
+        first = self.max_offset - offset
+        columns, rows = (each[first:first + len(self._ahead)] for each in self._maps)
         return cv2.remap(  # type: ignore[return-value]
-            picture, self._maps[0], self._maps[1], cv2.INTER_LINEAR,
+            picture, columns, rows, cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_REPLICATE)
 
     def _weights(
@@ -158,9 +167,10 @@ def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
 def _rows_per_cell(
     camera: CameraModel, levelling: NDArray[np.float64], ahead: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the image rows between neighbours of (N,) cells ahead, and if both are seen."""
+    """Return the image rows between neighbours of (N,) cells ahead, and if they are resolved."""
     sight = _seen(camera, levelling, np.zeros_like(ahead), ahead)
-    return np.abs(np.diff(sight.rows)), sight.seen[1:] & sight.seen[:-1]
+    rows = np.abs(np.diff(sight.rows))
+    return rows, sight.seen[1:] & sight.seen[:-1] & (rows > CELL / TUNING.max_row_spacing)
 
 
 def _seen(

@@ -161,11 +161,13 @@ class RoadMeter:
         rest = self._rest(frame, interval, passes=passes, turns=turns)
         if rest is not None:
             return rest
-        since_key = rotation(key.yaw, key.pitch, key.roll)
-        for patch in view.patches:
-            patch.compare(since_key)
-        found = self._slides(interval, self.speed_filter)
-        rivals = [patch.is_rivalled(each) for patch, each in zip(view.patches, found)]
+        speeds = self.speed_filter
+        found, rivals = self._compare(interval, expected=(
+            key.distance + speeds.speed * interval if key.drives and not speeds.lost else 0.0))
+        if not any(found) and any(patch.is_offset for patch in view.patches):
+            # The speed may be wrong.
+            again = self._compare(interval)
+            found, rivals = again if any(again[0]) else (found, rivals)
         if any(rivals) or not any(found):
             self._add_to_profile(interval, turn, nod)
         if not any(found):
@@ -175,9 +177,19 @@ class RoadMeter:
             self._renew(frame)
         # The copies of an encoder have no common speed over half a second.
         rivalled = (key.passes and all(rivals)
-                    and not self._profile.confirms(self.speed_filter.speed))
-        travel = travel or self.speed_filter.bridge(interval, self._measured, turns=turns)
+                    and not self._profile.confirms(speeds.speed))
+        travel = travel or speeds.bridge(interval, self._measured, turns=turns)
         return replace(travel, rivalled=rivalled)
+
+    def _compare(
+        self, interval: float, *, expected: float = 0.0,
+    ) -> tuple[list[RoadSlide | None], list[bool]]:
+        """Return the slide of each patch since the keyframe, and whether it has a rival."""
+        turn = rotation(self._key.yaw, self._key.pitch, self._key.roll)
+        for patch in self._view.patches:
+            patch.compare(turn, expected)
+        found = self._slides(interval, self.speed_filter)
+        return found, [patch.is_rivalled(each) for patch, each in zip(self._view.patches, found)]
 
     def _rest(self, frame: Frame, interval: float, *, passes: bool, turns: bool) -> Travel | None:
         """Return the distance of a pair if the road rests; None if it must be measured."""
@@ -292,7 +304,7 @@ class RoadMeter:
         agreeing = self._agreeing(found, best)
         if len(agreeing) == 2 and (
                 math.copysign(1.0, key.passing) * best.distance > TUNING.min_slide):
-            self._compare(*agreeing)
+            self._learn_pitch_from(*agreeing)
             agreeing = [
                 replace(each, distance=each.raw / self._slide_scale(each.depth, key.nod))
                 for each in agreeing]
@@ -352,7 +364,7 @@ class RoadMeter:
                 each.deviation, best.deviation,
                 2.0 * (each.depth - best.depth) * self.pitch.deviation * best.distance)]
 
-    def _compare(self, near: RoadSlide, far: RoadSlide) -> None:
+    def _learn_pitch_from(self, near: RoadSlide, far: RoadSlide) -> None:
         """Estimate the pitch from the slides of the near and the far patch."""
         if near.raw * far.raw <= 0.0:
             return

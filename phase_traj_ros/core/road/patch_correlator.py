@@ -38,10 +38,11 @@ class PatchCorrelator:
         rows, columns = window.shape
         height, width = padded = padded_shape((rows, columns))
         self._map, self._cross = aligned_zeros(padded), CrossPhase(padded)
-        self.max_cells = int(TUNING.longest_slide * rows)
-        """Largest slide in cells."""
-        # The slides that are searched, and their scores. The map is cyclic.
-        self._cells = np.arange(-(rows // 4), self.max_cells + 2)
+        # The offset of the reference, the slides that are searched, and their scores. The map is
+        # cyclic.
+        self._offset, self._back = 0, rows // 4
+        self._cells = self._all_cells = np.arange(
+            -self._back, int(TUNING.longest_slide * rows) + 2)
         self._scores: NDArray[np.float64] = np.zeros(len(self._cells))
         self._search_region = np.ix_(
             np.arange(self._cells[0] - reach, self._cells[-1] + 1 + reach) % height,
@@ -53,8 +54,16 @@ class PatchCorrelator:
         overlap = np.correlate(column, column, 'full') / max(float(column @ column), 1e-9)
         self._overlap = np.maximum(overlap[rows - 1 + self._cells], TUNING.min_overlap)
 
-    def set_reference(self, patch: NDArray[np.float32]) -> None:
-        """Make a patch the reference."""
+    @property
+    def max_cells(self) -> int:
+        """Return the largest slide in cells."""
+        return int(self._cells[-2])
+
+    def set_reference(self, patch: NDArray[np.float32], offset: int = 0) -> None:
+        """Make a patch the reference; it lies ``offset`` cells ahead of those to compare."""
+        self._offset = offset
+        # Slides that are shorter than the offset by much more would be seen as long ones.
+        self._cells = self._all_cells[:2 * self._back + 2 if offset else None] + offset
         self._transform(patch, keep=True)
 
     def compare(self, patch: NDArray[np.float32]) -> None:
@@ -68,16 +77,16 @@ class PatchCorrelator:
         unit = self._transforms.inverse(self._map)
         smoothed = cv2.filter2D(self._map[self._search_region], -1, self._kernel)
         slides = smoothed[self._reach:-self._reach]
-        still = slides[-self._cells[0], TUNING.lateral_cells]
+        still = slides[self._offset - self._cells[0], TUNING.lateral_cells]
         self.coherence = float(still) / (unit * float(self._kernel.max()))
-        best = slides.max(axis=1).astype(np.float64)
+        best = slides[:len(self._cells)].max(axis=1).astype(np.float64)
         noise = unit * math.sqrt(max(energy, 1e-12) / self._map.size) * cv2.norm(self._kernel)
         self._scores = best / noise
 
     def peak(self, least: float, most: float) -> Peak | None:
         """Return the highest significant peak from ``least`` to ``most`` cells, or None."""
         # The farther a patch slides, the less it overlaps: a wide peak would be pulled to zero.
-        full = self._scores / self._overlap
+        full = self._scores / self._overlap[:len(self._cells)]
         before, middle, after = full[:-2], full[1:-1], full[2:]
         scores, within = self._scores[1:-1], self._within(least, most)[1:-1]
         # The flank of a peak outside the limits does not count.

@@ -48,28 +48,47 @@ class PatchMatcher:
     def __init__(self, patch: GroundPatch) -> None:
         """Make a matcher without a keyframe."""
         self._patch = patch
-        self.depth = patch.depth
-        """Mean distance of the patch ahead, in camera heights."""
         # Slide of the patch in camera heights per radian of pitch.
-        self._slide_per_pitch = 1.0 + self.depth * self.depth
+        self._slide_per_pitch = 1.0 + patch.depth * patch.depth
         self._correlator, self._change_correlator = (
             PatchCorrelator(patch.window, blur_cells=patch.blur_cells) for _ in range(2))
-        # Roll of the reference.
-        self._roll = 0.0
-        # The patches of the newest three frames.
+        # Cells by which the road slides at least where the reference has an offset, and the
+        # offsets where the slide is unknown.
+        self._least_offset = round(TUNING.least_offset * patch.shape[0])
+        self._offsets = np.linspace(
+            0, patch.max_offset, round(patch.max_offset / self._least_offset) + 1).astype(int)
+        # The newest three frames, and their patches.
+        self._frames: deque[Frame] = deque(maxlen=3)
         self._newest: deque[NDArray[np.float32]] = deque(maxlen=3)
+        # The frame of the reference, its roll, and its patch. The correlator has the patch with
+        # this offset in cells.
+        self._key_frame: Frame | None = None
+        self._roll, self._reference = 0.0, np.zeros(patch.shape, np.float32)
+        self._offset: int | None = None
         # Mean of the newest patches of a moving road, and their number.
         self._pattern, self._patches = np.zeros(patch.shape, np.float32), 0
 
     def project(self, frame: Frame) -> None:
         """Project a frame (H, W) to the patch, which becomes the newest one."""
+        self._frames.append(frame)
         self._newest.append(self._patch(frame))
 
     def restart(self, frame: Frame, roll: float = 0.0) -> None:
         """Project the first frame of a pair (H, W), and make it the reference."""
+        self._frames.clear()
         self._newest.clear()
         self.project(frame)
         self.set_reference(roll)
+
+    @property
+    def depth(self) -> float:
+        """Return the mean distance of the two compared patches ahead, in camera heights."""
+        return self._patch.depth + 0.5 * CELL * (self._offset or 0)
+
+    @property
+    def is_offset(self) -> bool:
+        """Return whether the patch was compared with another stretch of the road."""
+        return bool(self._offset)
 
     @property
     def has_moved(self) -> bool:
@@ -78,11 +97,19 @@ class PatchMatcher:
 
     def rests(self) -> bool:
         """Return whether the newest patch shows the road in the same place as the reference."""
+        self._refer(0)
         self._correlator.compare(self._upright(self._without_fixed, self._roll))
         return self._correlator.coherence > TUNING.resting_coherence
 
-    def compare(self, turn: NDArray[np.float64]) -> None:
-        """Compare the newest patch with the reference; ``turn`` (3, 3) is the rotation since."""
+    def compare(self, turn: NDArray[np.float64], expected: float = 0.0) -> None:
+        """
+        Compare the newest patch with the reference.
+
+        ``turn`` (3, 3) is the rotation since. The slide is ``expected`` to be about this, in
+        camera heights. If that is long, the reference is the stretch from which the road comes.
+        """
+        cells = round(expected / CELL)
+        self._refer(min(cells, self._patch.max_offset) if cells > self._least_offset else 0)
         self._correlator.compare(self._patch.derotated(self._without_fixed, turn, self._roll))
 
     def set_reference(self, roll: float = 0.0) -> None:
@@ -91,8 +118,16 @@ class PatchMatcher:
 
         ``roll`` is that of its frame, relative to the patch, in radians, positive right side down.
         """
-        self._roll = roll
-        self._correlator.set_reference(self._upright(self._without_fixed, roll))
+        self._key_frame, self._roll = self._frames[-1], roll
+        self._reference, self._offset = self._upright(self._without_fixed, roll), None
+
+    def _refer(self, offset: int) -> None:
+        """Give the correlator the reference with this offset in cells."""
+        if offset != self._offset:
+            assert self._key_frame is not None
+            self._offset = offset
+            self._correlator.set_reference(self._reference if offset == 0 else self._upright(
+                self._patch(self._key_frame, offset), self._roll), offset)
 
     def learn(self) -> None:
         """Add the newest patch, on which the road has moved, to the mean pattern."""
@@ -144,9 +179,18 @@ class PatchMatcher:
         if len(self._newest) < 3:
             return np.full(len(ways), np.nan)
         first, second, third = self._newest
-        self._change_correlator.set_reference(self._upright(second - first, roll))
-        self._change_correlator.compare(self._patch.derotated(third - second, turn, roll))
-        return self._change_correlator.scores_at(ways * scale / CELL)
+        change = self._patch.derotated(third - second, turn, roll)
+        cells, scores = ways * scale / CELL, np.full(len(ways), np.nan)
+        for offset in self._offsets:
+            here = cells > offset - self._least_offset // 2
+            if not here.any():
+                break
+            if offset:
+                first, second = (self._patch(frame, offset) for frame in (*self._frames,)[:2])
+            self._change_correlator.set_reference(self._upright(second - first, roll), offset)
+            self._change_correlator.compare(change)
+            scores[here] = self._change_correlator.scores_at(cells[here])
+        return scores
 
     def is_rivalled(self, found: RoadSlide | None) -> bool:
         """Return whether another slide is significant, and more than the one that was found."""

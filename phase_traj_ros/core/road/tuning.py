@@ -43,6 +43,11 @@ class RoadTuning:
     noise_levels: float = 2.0
     """Contrast of the sensor noise, in grey levels."""
 
+    least_offset: float = 0.3
+    """Road that slides by more than this fraction of the length of a patch is compared with the
+    stretch from which it comes..."""
+    max_offset: float = 3.0
+    """...at most this far ahead of the patch."""
     lateral_cells: int = 4
     """Lateral search range in cells: the motion is not exactly straight, and a camera ahead of the
     rear axle moves sideways in a turn."""

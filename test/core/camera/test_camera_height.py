@@ -73,7 +73,7 @@ def test_a_given_height_counts_again_after_an_assumed_lens():
 
 @pytest.mark.parametrize('pairs', [1, 20, 400])
 def test_the_lens_changes_only_what_speeds_have_taught(pairs):
-    """The given height errs by its 4 %, the heights that speeds tell by the lens and their noise."""
+    """The given height does not depend on the lens."""
     given, factor = 1.65, 0.9
     height, told = CameraHeight(given, 0.04), CameraHeight(given, 0.04)
     for _ in range(pairs):

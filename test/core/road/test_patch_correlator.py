@@ -123,6 +123,25 @@ def test_the_height_at_a_slide_is_that_of_its_peak():
     assert np.isnan(slide.scores_at(np.array([-50.0, 100.0]))).all()
 
 
+def test_a_reference_that_lies_ahead_shows_longer_slides():
+    slide = compared(patch(road(), 0.0), patch(road(), 80.0))
+    most = slide.max_cells
+    assert slide.peak(0, most) is None
+    slide.set_reference(patch(road(), 60.0), 60)
+    assert slide.max_cells > most
+    for cells in (50.0, 60.0, 80.0):
+        slide.compare(patch(road(), cells))
+        assert slide.peak(0, slide.max_cells).cells == pytest.approx(cells, abs=0.5)
+    # The map is cyclic, but this is not a longer slide.
+    slide.compare(patch(road(), 10.0))
+    assert slide.peak(0, slide.max_cells) is None
+    # As it was.
+    slide.set_reference(patch(road(), 0.0))
+    slide.compare(patch(road(), 0.0))
+    assert slide.max_cells == most and slide.coherence > 0.9
+    assert slide.peak(-10, most).cells == pytest.approx(0.0, abs=0.5)
+
+
 def test_a_patch_without_contrast_is_like_none():
     blank = np.zeros(SHAPE, np.float32)
     for before, after in ((patch(road(), 0.0), blank), (blank, patch(road(), 0.0))):

@@ -115,6 +115,28 @@ def test_two_patches_that_disagree_are_not_averaged():
             assert min(abs(distance - 0.5), abs(distance - 0.25)) < CELL
 
 
+@pytest.mark.parametrize('which', [0, 1])
+def test_a_patch_with_an_offset_shows_what_will_be_in_it(which):
+    road = Road(PINHOLE)
+    patch = GroundPatch(PINHOLE, LEVEL, stretches(PINHOLE, LEVEL)[which])
+    for offset in (0, patch.max_offset // 2, patch.max_offset):
+        ahead = patch(road.seen(0.0), offset)
+        assert ahead.shape == patch.shape
+        agreement = [
+            np.corrcoef((patch.window * ahead).ravel(),
+                        (patch.window * patch(road.seen(CELL * (offset + error)))).ravel())[0, 1]
+            for error in (0, 5)]
+        assert agreement[0] > 0.6 and abs(agreement[1]) < 0.3
+
+
+@pytest.mark.parametrize(('focal', 'near', 'far'), [(370.0, 3.0, 0.5), (1200.0, 3.0, 3.0)])
+def test_an_offset_ends_where_the_rows_are_too_far_apart(focal, near, far):
+    camera = CameraModel.pinhole((720, 1280) if focal > 1000.0 else (240, 640), focal)
+    offsets = [GroundPatch(camera, LEVEL, each).max_offset * CELL
+               for each in stretches(camera, LEVEL)]
+    assert offsets == pytest.approx([near, far], abs=CELL)
+
+
 def test_a_patch_is_the_same_in_any_light():
     """Half as bright, with half the contrast, or with a shadow over a part of it."""
     road = Road(PINHOLE).seen(0.0)
