@@ -84,9 +84,6 @@ class GroundPatch:
         self._maps = cv2.convertMaps(
             columns.astype(np.float32), rows.astype(np.float32), cv2.CV_16SC2)
         self._levelling = levelling
-        self._to_road = np.array([
-            [CELL, 0.0, self._aside[0]], [0.0, 0.0, 1.0], [0.0, -CELL, self._ahead[0]]])
-        self._from_road = np.linalg.inv(self._to_road)
         self._noise = np.float32(TUNING.noise_levels ** 2)
         self.window = self._weights(sight.seen[self.max_offset:], mask)
         """Weight of each cell, (M, N)."""
@@ -120,18 +117,23 @@ class GroundPatch:
 
     def derotated(
         self, patch: NDArray[np.float32], turn: NDArray[np.float64], roll: float = 0.0,
+        offset: int = 0,
     ) -> NDArray[np.float32]:
         """
         Return a patch (M, N) with a rotation of the camera removed.
 
         ``turn`` is the rotation (3, 3) of directions in the image axes, from before to after.
         ``roll`` is that before, relative to the patch, in radians, positive right side down.
+        ``offset`` is that of the patch, in cells.
         """
+        to_road = np.array([
+            [CELL, 0.0, self._aside[0]], [0.0, 0.0, 1.0],
+            [0.0, -CELL, self._ahead[0] + CELL * offset]])
         level = self._levelling @ turn @ self._levelling.T
         if roll:
             sine, cosine = math.sin(roll), math.cos(roll)
             level = level @ [[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]
-        homography = self._from_road @ level @ self._to_road
+        homography = np.linalg.inv(to_road) @ level @ to_road
         return cv2.warpPerspective(  # type: ignore[return-value]
             patch, homography, (patch.shape[1], patch.shape[0]),
             flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE)

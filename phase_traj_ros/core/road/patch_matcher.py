@@ -127,7 +127,7 @@ class PatchMatcher:
             assert self._key_frame is not None
             self._offset = offset
             self._correlator.set_reference(self._reference if offset == 0 else self._upright(
-                self._patch(self._key_frame, offset), self._roll), offset)
+                self._patch(self._key_frame, offset), self._roll, offset), offset)
 
     def learn(self) -> None:
         """Add the newest patch, on which the road has moved, to the mean pattern."""
@@ -186,8 +186,9 @@ class PatchMatcher:
             if not here.any():
                 break
             if offset:
-                first, second = (self._patch(frame, offset) for frame in (*self._frames,)[:2])
-            self._change_correlator.set_reference(self._upright(second - first, roll), offset)
+                first, second = (self._patch(frame, offset) for frame in list(self._frames)[:2])
+            self._change_correlator.set_reference(
+                self._upright(second - first, roll, offset), offset)
             self._change_correlator.compare(change)
             scores[here] = self._change_correlator.scores_at(cells[here])
         return scores
@@ -223,8 +224,10 @@ class PatchMatcher:
         aside = abs(key.yaw) * self.depth / CELL
         return aside > TUNING.lateral_cells + TUNING.peak_half_width and not key.passes
 
-    def _upright(self, patch: NDArray[np.float32], roll: float) -> NDArray[np.float32]:
-        return self._patch.derotated(patch, np.eye(3), roll) if roll else patch
+    def _upright(
+        self, patch: NDArray[np.float32], roll: float, offset: int = 0,
+    ) -> NDArray[np.float32]:
+        return self._patch.derotated(patch, np.eye(3), roll, offset) if roll else patch
 
     @property
     def _without_fixed(self) -> NDArray[np.float32]:

@@ -144,7 +144,7 @@ class Flat(SimpleNamespace):
     def __call__(self, frame):
         return frame
 
-    def derotated(self, patch, _, roll=0.0):
+    def derotated(self, patch, *_):
         return patch
 
 

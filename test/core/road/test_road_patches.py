@@ -115,12 +115,14 @@ def test_two_patches_that_disagree_are_not_averaged():
             assert min(abs(distance - 0.5), abs(distance - 0.25)) < CELL
 
 
+@pytest.mark.parametrize('roll', [0.0, 0.15])
 @pytest.mark.parametrize('which', [0, 1])
-def test_a_patch_with_an_offset_shows_what_will_be_in_it(which):
+def test_a_patch_with_an_offset_shows_what_will_be_in_it(which, roll):
     road = Road(PINHOLE)
     patch = GroundPatch(PINHOLE, LEVEL, stretches(PINHOLE, LEVEL)[which])
     for offset in (0, patch.max_offset // 2, patch.max_offset):
-        ahead = patch(road.seen(0.0), offset)
+        ahead = patch.derotated(
+            patch(road.seen(0.0, roll=roll), offset), np.eye(3), roll, offset)
         assert ahead.shape == patch.shape
         agreement = [
             np.corrcoef((patch.window * ahead).ravel(),
