@@ -18,7 +18,7 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.road.ground import CELL, rotation
 from phase_traj_ros.core.road.keyframe import RoadKeyframe
-from phase_traj_ros.core.road.patch_matcher import RoadSlide
+from phase_traj_ros.core.road.patch_matcher import RoadSlide, slide_scale
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.speed_profile import SpeedProfile
 from phase_traj_ros.core.road.standstill import Standstill
@@ -236,7 +236,7 @@ class RoadMeter:
         """Add the changes in the newest frames to the profile of the speed."""
         ways, turned = self._profile.speeds * interval, rotation(*turn)
         scores = np.array([
-            patch.scores_of_changes(ways, turned, scale=self._slide_scale(patch.depth, nod),
+            patch.scores_of_changes(ways, turned, tilt=self._tilt(nod),
                                     roll=self._view.lean(self._roll - turn[2]))
             for patch in self._view.patches]).sum(axis=0)
         # Patterns that change their place a little make slides near 0.
@@ -259,7 +259,8 @@ class RoadMeter:
             key.age = interval
         distance = key.distance + speed * interval
         deviation = math.hypot(near.deviation(key), TUNING.acceleration * interval ** 2)
-        return RoadSlide(distance, deviation, score, near.depth, distance, False)
+        return RoadSlide(
+            distance, deviation, score, near.depth, near.depth, distance, False)
 
     def _slides(self, interval: float, speeds: SpeedFilter) -> list[RoadSlide | None]:
         """Return the slide of each patch within the bounds of ``speeds``."""
@@ -270,7 +271,7 @@ class RoadMeter:
                 for speed in speeds.bounds(
                     patch.deviation(self._key) / interval, reverses=self._key.recedes))
             found.append(patch.find(
-                least, most, self._key, scale=self._slide_scale(patch.depth, self._key.nod)))
+                least, most, self._key, tilt=self._tilt(self._key.nod)))
         return found
 
     def _renew(self, frame: Frame) -> None:
@@ -306,7 +307,7 @@ class RoadMeter:
                 math.copysign(1.0, key.passing) * best.distance > TUNING.min_slide):
             self._learn_pitch_from(*agreeing)
             agreeing = [
-                replace(each, distance=each.raw / self._slide_scale(each.depth, key.nod))
+                replace(each, distance=each.raw / slide_scale(each.depth, self._tilt(key.nod)))
                 for each in agreeing]
         if all(each.fixed for each in agreeing) and (
                 key.moves or self.speed_filter.standing or key.age >= TUNING.standing_time):
@@ -369,20 +370,20 @@ class RoadMeter:
         if near.raw * far.raw <= 0.0:
             return
         # A change of the pitch moves the far road more than the near road, in the same direction.
-        nod = (far.depth ** 2 - near.depth ** 2) * TUNING.block_pitch_deviation
+        nod = (far.newest_depth ** 2 - near.newest_depth ** 2) * TUNING.block_pitch_deviation
         self.pitch.add_slides(
             far.raw / near.raw, far.depth - near.depth,
-            (nod ** 2 + 2.0 * (TUNING.peak_cells * CELL) ** 2) / near.raw ** 2,
+            (nod ** 2 + 2.0 * (TUNING.peak_cells * CELL) ** 2) / near.raw ** 2
+            + TUNING.unevenness ** 2,
             assumed=self._view.pitch - self._key.nod)
 
-    def _slide_scale(self, depth: float, nod: float) -> float:
+    def _tilt(self, nod: float) -> float:
         """
-        Return the factor by which a slide is too large, as the pitch differs from that assumed.
+        Return the pitch relative to that for which the patches are made, before the ``nod``.
 
-        The slide is that since a frame with the pitch before the ``nod``, as the newest frame is
-        rotated to it. See ``camera_pitch``.
+        The newest frame is rotated to the one before the nod, so the slides have that pitch.
         """
-        return math.exp(2.0 * depth * (self.pitch.current + nod - self._view.pitch))
+        return self.pitch.current + nod - self._view.pitch
 
     def _bridge_keyframe(self, interval: float) -> Travel:
         """Bridge a pair whose distance is measured with a later frame."""

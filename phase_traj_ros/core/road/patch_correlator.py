@@ -40,9 +40,9 @@ class PatchCorrelator:
         self._map, self._cross = aligned_zeros(padded), CrossPhase(padded)
         # The offset of the reference, the slides that are searched, and their scores. The map is
         # cyclic.
-        self._offset, self._back = 0, rows // 4
-        self._cells = self._all_cells = np.arange(
-            -self._back, int(TUNING.longest_slide * rows) + 2)
+        self._offset = 0
+        self._cells = self._in_place = np.arange(
+            -(rows // 4), int(TUNING.longest_slide * rows) + 2)
         self._scores: NDArray[np.float64] = np.zeros(len(self._cells))
         self._search_region = np.ix_(
             np.arange(self._cells[0] - reach, self._cells[-1] + 1 + reach) % height,
@@ -62,8 +62,9 @@ class PatchCorrelator:
     def set_reference(self, patch: NDArray[np.float32], offset: int = 0) -> None:
         """Make a patch the reference; it lies ``offset`` cells ahead of those to compare."""
         self._offset = offset
-        # Slides that are shorter than the offset by much more would be seen as long ones.
-        self._cells = self._all_cells[:2 * self._back + 2 if offset else None] + offset
+        # The map is cyclic: a slide that is much shorter than the offset must not seem a long one.
+        back, most = -self._in_place[0], self._in_place[-1]
+        self._cells = self._in_place[:back + max(back + 1, most - offset) + 1] + offset
         self._transform(patch, keep=True)
 
     def compare(self, patch: NDArray[np.float32]) -> None:

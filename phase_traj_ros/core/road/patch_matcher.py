@@ -33,7 +33,9 @@ class RoadSlide:
     score: float
     """Height of the peak in standard deviations of noise."""
     depth: float
-    """Distance of the patch ahead."""
+    """Mean distance ahead of the two patches, ..."""
+    newest_depth: float
+    """...and of the newest one."""
     raw: float
     """The slide as measured."""
     fixed: bool
@@ -42,19 +44,36 @@ class RoadSlide:
     """Whether it implies harder braking than a vehicle can do."""
 
 
+def slide_scale(depth: float, tilt: float) -> float:
+    """
+    Return the factor by which a slide is too large.
+
+    ``depth`` is the mean distance ahead of the two patches, in camera heights, ``tilt`` the pitch
+    relative to that for which they are made, in radians, positive down. See ``camera_pitch``.
+    """
+    return math.exp(2.0 * depth * tilt)
+
+
 class PatchMatcher:
     """Compares a road patch with that of the keyframe."""
 
-    def __init__(self, patch: GroundPatch) -> None:
-        """Make a matcher without a keyframe."""
+    def __init__(self, patch: GroundPatch, *, least_offset: float) -> None:
+        """
+        Make a matcher without a keyframe.
+
+        Where the road slides by more than ``least_offset`` camera heights, the patch is compared
+        with the stretch from which the road comes.
+        """
         self._patch = patch
+        self.depth = patch.depth
+        """Mean distance of the patch ahead, in camera heights."""
         # Slide of the patch in camera heights per radian of pitch.
         self._slide_per_pitch = 1.0 + patch.depth * patch.depth
         self._correlator, self._change_correlator = (
             PatchCorrelator(patch.window, blur_cells=patch.blur_cells) for _ in range(2))
         # Cells by which the road slides at least where the reference has an offset, and the
         # offsets where the slide is unknown.
-        self._least_offset = round(TUNING.least_offset * patch.shape[0])
+        self._least_offset = round(least_offset / CELL)
         self._offsets = np.linspace(
             0, patch.max_offset, round(patch.max_offset / self._least_offset) + 1).astype(int)
         # The newest three frames, and their patches.
@@ -79,11 +98,6 @@ class PatchMatcher:
         self._newest.clear()
         self.project(frame)
         self.set_reference(roll)
-
-    @property
-    def depth(self) -> float:
-        """Return the mean distance of the two compared patches ahead, in camera heights."""
-        return self._patch.depth + 0.5 * CELL * (self._offset or 0)
 
     @property
     def is_offset(self) -> bool:
@@ -140,14 +154,16 @@ class PatchMatcher:
         return math.hypot(TUNING.peak_cells * CELL, self._slide_per_pitch * key.pitch_deviation)
 
     def find(
-        self, least: float, most: float, key: RoadKeyframe, *, scale: float,
+        self, least: float, most: float, key: RoadKeyframe, *, tilt: float,
     ) -> RoadSlide | None:
         """
         Return the most significant slide since the keyframe ``key``; None if there is none.
 
-        The search range is ``least`` to ``most`` camera heights. ``scale`` is the factor by which
-        slides of this patch are too large, as the pitch has changed.
+        The search range is ``least`` to ``most`` camera heights; for the ``tilt``, see
+        ``slide_scale``.
         """
+        depth = self._depth_with(self._offset or 0)
+        scale = slide_scale(depth, tilt)
         least, most = least * scale / CELL, min(most * scale / CELL, self._correlator.max_cells)
         # The compensation of the rotation moves a pattern that is fixed to the camera here.
         pattern = -self._slide_per_pitch * key.nod / CELL
@@ -162,26 +178,27 @@ class PatchMatcher:
             self._correlator.max_score(below, above) > peak.score)
         fixed = not self._may_turn_on_the_spot(key) and (beside or below < peak.cells < above)
         return RoadSlide(
-            raw / scale, self.deviation(key), peak.score, self.depth, raw, fixed,
-            peak.cells < least - TUNING.fixed_cells)
+            raw / scale, self.deviation(key), peak.score, depth, self.depth, raw,
+            fixed, peak.cells < least - TUNING.fixed_cells)
 
     def scores_of_changes(
-        self, ways: NDArray[np.float64], turn: NDArray[np.float64], *, scale: float,
+        self, ways: NDArray[np.float64], turn: NDArray[np.float64], *, tilt: float,
         roll: float = 0.0,
     ) -> NDArray[np.float64]:
         """
         Return the scores of slides between the two newest frames, by what changes in each.
 
         The slides ``ways`` are (N,), in camera heights; ``turn`` (3, 3) is the rotation of the
-        pair, ``roll`` that of its first frame. Scores beyond the range of the map are NaN; so are
-        all after fewer than three successive frames.
+        pair, ``roll`` that of its first frame; for the ``tilt``, see ``slide_scale``. Scores
+        beyond the range of the map are NaN; so are all after fewer than three successive frames.
         """
         if len(self._newest) < 3:
             return np.full(len(ways), np.nan)
         first, second, third = self._newest
         change = self._patch.derotated(third - second, turn, roll)
-        cells, scores = ways * scale / CELL, np.full(len(ways), np.nan)
+        scores = np.full(len(ways), np.nan)
         for offset in self._offsets:
+            cells = ways * slide_scale(self._depth_with(offset), tilt) / CELL
             here = cells > offset - self._least_offset // 2
             if not here.any():
                 break
@@ -190,7 +207,8 @@ class PatchMatcher:
             self._change_correlator.set_reference(
                 self._upright(second - first, roll, offset), offset)
             self._change_correlator.compare(change)
-            scores[here] = self._change_correlator.scores_at(cells[here])
+            there = self._change_correlator.scores_at(cells)
+            scores = np.where(here & np.isfinite(there), there, scores)
         return scores
 
     def is_rivalled(self, found: RoadSlide | None) -> bool:
@@ -223,6 +241,10 @@ class PatchMatcher:
         """
         aside = abs(key.yaw) * self.depth / CELL
         return aside > TUNING.lateral_cells + TUNING.peak_half_width and not key.passes
+
+    def _depth_with(self, offset: int) -> float:
+        """Return the mean distance ahead of the patch and that with an offset."""
+        return self.depth + 0.5 * CELL * offset
 
     def _upright(
         self, patch: NDArray[np.float32], roll: float, offset: int = 0,

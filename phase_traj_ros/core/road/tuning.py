@@ -44,8 +44,8 @@ class RoadTuning:
     """Contrast of the sensor noise, in grey levels."""
 
     least_offset: float = 0.3
-    """Road that slides by more than this fraction of the length of a patch is compared with the
-    stretch from which it comes..."""
+    """Road that slides by more than this fraction of the length of the near patch is compared with
+    the stretch from which it comes..."""
     max_offset: float = 3.0
     """...at most this far ahead of the patch."""
     lateral_cells: int = 4
@@ -130,6 +130,8 @@ class RoadTuning:
     """...and of their azimuth: it shortens the distance by 0.06 %."""
     min_lean: float = math.radians(1.0)
     """Least roll relative to that of the patches that is removed from them."""
+    unevenness: float = 0.02
+    """Standard deviation of the ratio of the slides of two patches, as no road is a plane."""
     min_slide: float = 0.1
     """Least slide of a pair for the estimation of the pitch."""
 

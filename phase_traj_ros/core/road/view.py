@@ -71,12 +71,16 @@ class RoadView:
             return
         self.pitch, self._azimuth = pitch, azimuth
         levelling = replace(self._horizon, pitch=pitch).levelling(azimuth)
+        seen = stretches(self._camera, levelling)
         patches = [
             GroundPatch(self._camera, levelling, stretch, rotate_180=self._rotate_180,
                         mask=self._mask)
-            for stretch in stretches(self._camera, levelling)]
+            for stretch in seen]
+        # One for both: the difference of their depths gives the pitch.
+        least = TUNING.least_offset * (seen[0][1] - seen[0][0]) if seen else 0.0
         self._matchers = tuple(
-            PatchMatcher(patch) for patch in patches if patch.share > TUNING.min_seen)
+            PatchMatcher(patch, least_offset=least)
+            for patch in patches if patch.share > TUNING.min_seen)
         if self._key_frame is not None:
             self.restart(self._key_frame, self._key_roll)
 

@@ -88,19 +88,19 @@ def test_road_that_slides_far_between_two_frames_is_found_where_it_comes_from(co
 def test_what_changes_from_frame_to_frame_is_the_road(yaw):
     road, patch = Road(PINHOLE), GroundPatch(
         PINHOLE, LEVEL, stretches(PINHOLE, LEVEL)[0])
-    matcher, slides = PatchMatcher(patch), np.arange(10) * 0.1
+    matcher, slides = PatchMatcher(patch, least_offset=1.0), np.arange(10) * 0.1
     pictures = list(with_copies(
         road.seen(0.5 * index, yaw=yaw * index) for index in range(3)))
     for number, picture in enumerate(pictures):
-        scores = matcher.scores_of_changes(slides, np.eye(3), scale=1.0)
+        scores = matcher.scores_of_changes(slides, np.eye(3), tilt=0.0)
         assert np.isnan(scores).all()
         (matcher.project if number else matcher.restart)(picture)
     matcher.compare(np.eye(3))
     assert matcher.is_rivalled(None)
-    scores = matcher.scores_of_changes(slides, rotation(yaw, 0.0, 0.0), scale=1.0)
+    scores = matcher.scores_of_changes(slides, rotation(yaw, 0.0, 0.0), tilt=0.0)
     assert slides[scores.argmax()] == 0.5
     matcher.restart(pictures[0])
-    assert np.isnan(matcher.scores_of_changes(slides, np.eye(3), scale=1.0)).all()
+    assert np.isnan(matcher.scores_of_changes(slides, np.eye(3), tilt=0.0)).all()
 
 
 def test_what_does_not_move_with_the_world_is_no_road():
@@ -123,13 +123,14 @@ def test_what_does_not_move_with_the_world_is_no_road():
 def test_a_picture_that_stays_while_the_camera_nods_is_fixed_to_it(pitch):
     """With the nod taken out, it slides; what slides to the other side is the road."""
     frame = Road(PINHOLE).seen(0.0)
-    matcher = PatchMatcher(GroundPatch(PINHOLE, LEVEL, stretches(PINHOLE, LEVEL)[0]))
+    matcher = PatchMatcher(
+        GroundPatch(PINHOLE, LEVEL, stretches(PINHOLE, LEVEL)[0]), least_offset=1.0)
     matcher.project(frame)
     matcher.set_reference()
     matcher.project(frame)
     matcher.compare(rotation(0.0, pitch, 0.0))
     found, other = (
-        matcher.find(-1.0, 1.0, RoadKeyframe(0.1, nod=nodded, agreed=True), scale=1.0)
+        matcher.find(-1.0, 1.0, RoadKeyframe(0.1, nod=nodded, agreed=True), tilt=0.0)
         for nodded in (pitch, -pitch))
     assert found.fixed and not other.fixed
     assert abs(found.raw) > CELL and found.raw * pitch < 0.0
@@ -152,7 +153,7 @@ class Flat(SimpleNamespace):
 def test_what_three_patches_share_is_taken_out(learned, shown):
     rng = np.random.default_rng(0)
     shine, *roads = rng.normal(size=(learned + 3, *Flat.shape)).astype(np.float32)
-    matcher = PatchMatcher(Flat())
+    matcher = PatchMatcher(Flat(), least_offset=1.0)
     for road in roads[2:]:
         matcher.project(road + shine)
         matcher.learn()
