@@ -30,7 +30,7 @@ class Road:
         self.shape = camera.shape
         rows, columns = np.indices(camera.shape, np.float64)
         # The directions of the pixels, by looking them up the other way round.
-        if camera is PINHOLE:
+        if camera is not FISHEYE:
             x, y = (columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy
             self.rays = np.stack([x, y, np.ones_like(x)], axis=-1)
         else:

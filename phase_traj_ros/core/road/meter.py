@@ -373,8 +373,7 @@ class RoadMeter:
         nod = (far.newest_depth ** 2 - near.newest_depth ** 2) * TUNING.block_pitch_deviation
         self.pitch.add_slides(
             far.raw / near.raw, far.depth - near.depth,
-            (nod ** 2 + 2.0 * (TUNING.peak_cells * CELL) ** 2) / near.raw ** 2
-            + TUNING.unevenness ** 2,
+            (nod ** 2 + 2.0 * (TUNING.peak_cells * CELL) ** 2) / near.raw ** 2,
             assumed=self._view.pitch - self._key.nod)
 
     def _tilt(self, nod: float) -> float:

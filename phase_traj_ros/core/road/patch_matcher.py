@@ -33,9 +33,9 @@ class RoadSlide:
     score: float
     """Height of the peak in standard deviations of noise."""
     depth: float
-    """Mean distance ahead of the two patches, ..."""
+    """Mean distance ahead of the patch and that of the keyframe."""
     newest_depth: float
-    """...and of the newest one."""
+    """Distance ahead of the patch."""
     raw: float
     """The slide as measured."""
     fixed: bool
@@ -71,16 +71,16 @@ class PatchMatcher:
         self._slide_per_pitch = 1.0 + patch.depth * patch.depth
         self._correlator, self._change_correlator = (
             PatchCorrelator(patch.window, blur_cells=patch.blur_cells) for _ in range(2))
-        # Cells by which the road slides at least where the reference has an offset, and the
-        # offsets where the slide is unknown.
+        # The slide from which on the reference has an offset, and the offsets with which an
+        # unknown slide is searched, all in cells.
         self._least_offset = round(least_offset / CELL)
         self._offsets = np.linspace(
             0, patch.max_offset, round(patch.max_offset / self._least_offset) + 1).astype(int)
         # The newest three frames, and their patches.
         self._frames: deque[Frame] = deque(maxlen=3)
         self._newest: deque[NDArray[np.float32]] = deque(maxlen=3)
-        # The frame of the reference, its roll, and its patch. The correlator has the patch with
-        # this offset in cells.
+        # The frame of the reference, its roll, its patch in place, and the offset of the one that
+        # is in the correlator, in cells.
         self._key_frame: Frame | None = None
         self._roll, self._reference = 0.0, np.zeros(patch.shape, np.float32)
         self._offset: int | None = None
@@ -207,8 +207,7 @@ class PatchMatcher:
             self._change_correlator.set_reference(
                 self._upright(second - first, roll, offset), offset)
             self._change_correlator.compare(change)
-            there = self._change_correlator.scores_at(cells)
-            scores = np.where(here & np.isfinite(there), there, scores)
+            scores[here] = self._change_correlator.scores_at(cells[here])
         return scores
 
     def is_rivalled(self, found: RoadSlide | None) -> bool:

@@ -130,8 +130,6 @@ class RoadTuning:
     """...and of their azimuth: it shortens the distance by 0.06 %."""
     min_lean: float = math.radians(1.0)
     """Least roll relative to that of the patches that is removed from them."""
-    unevenness: float = 0.01
-    """Standard deviation of the ratio of the slides of two patches, as no road is a plane."""
     min_slide: float = 0.1
     """Least slide of a pair for the estimation of the pitch."""
 

@@ -68,22 +68,6 @@ def test_the_road_is_measured_through_copies_that_are_renewed_too_often_for_a_me
     assert np.mean([travel.distance for travel in late]) == pytest.approx(0.5, rel=0.03)
 
 
-@pytest.mark.parametrize('step', [2.5, 3.5])
-@pytest.mark.parametrize('copied', [False, True])
-def test_road_that_slides_far_between_two_frames_is_found_where_it_comes_from(copied, step):
-    """The near patch is 3.8 long, the far one 5.5."""
-    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
-    pictures = (road.seen(step * index) for index in range(40))
-    first, *others = with_copies(pictures) if copied else pictures
-    meter.start(first)
-    travels = [meter.update(picture, 0.1, motion(passing=0.1 * step)) for picture in others]
-    late = travels[15:]
-    measured = [travel.state for travel in late].count(TravelState.MEASURED)
-    assert measured >= (20 if copied else len(late))
-    assert np.mean([travel.distance for travel in late]) == pytest.approx(step, rel=0.01)
-    assert not any(travel.rivalled for travel in late)
-
-
 @pytest.mark.parametrize('yaw', [0.0, 0.06])
 def test_what_changes_from_frame_to_frame_is_the_road(yaw):
     road, patch = Road(PINHOLE), GroundPatch(
