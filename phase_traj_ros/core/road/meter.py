@@ -371,9 +371,11 @@ class RoadMeter:
             return
         # A change of the pitch moves the far road more than the near road, in the same direction.
         nod = (far.newest_depth ** 2 - near.newest_depth ** 2) * TUNING.block_pitch_deviation
+        moved = any(each.depth > each.newest_depth for each in (near, far))
         self.pitch.add_slides(
             far.raw / near.raw, far.depth - near.depth,
-            (nod ** 2 + 2.0 * (TUNING.peak_cells * CELL) ** 2) / near.raw ** 2,
+            (nod ** 2 + 2.0 * (TUNING.peak_cells * CELL) ** 2) / near.raw ** 2
+            + (TUNING.offset_error if moved else 0.0) ** 2,
             assumed=self._view.pitch - self._key.nod)
 
     def _tilt(self, nod: float) -> float:
