@@ -79,3 +79,13 @@ def drive(camera, step, *, pitch=0.0, told=None, frames=12, spoil=None, **kwargs
         travels.append(meter.update(
             frame, 0.1, motion(slope=-math.tan(pitch), passing=0.1 * step)))
     return travels
+
+
+def with_copies(roads):
+    """Return pictures of the road in which a film copies most of it, eight times at most."""
+    rng = np.random.default_rng(1)
+    for index, road in enumerate(roads):
+        if index % 8 == 0:
+            copied = cv2.GaussianBlur(rng.normal(size=PINHOLE.shape), (0, 0), 2.0)
+            copied *= 10.0 / copied.std()
+        yield (128.0 + copied + 0.06 * (road - 128.0)).astype(np.uint8)

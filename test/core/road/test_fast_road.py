@@ -13,8 +13,7 @@ from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.patch_matcher import PatchMatcher
 from phase_traj_ros.core.road.travel import TravelState
 import pytest
-from road_scene import LEVEL, motion, PINHOLE, Road, SURE
-from test_road_fixed import with_copies
+from road_scene import LEVEL, motion, PINHOLE, Road, SURE, with_copies
 
 DRIVEN = RoadKeyframe(0.1, passing=0.2, agreed=True)
 

@@ -13,7 +13,7 @@ from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.patch_matcher import PatchMatcher
 from phase_traj_ros.core.road.travel import TravelState
 import pytest
-from road_scene import drive, LEVEL, motion, NOISE, PINHOLE, Road, SURE
+from road_scene import drive, LEVEL, motion, NOISE, PINHOLE, Road, SURE, with_copies
 
 
 @pytest.mark.parametrize('step', [0.2, 0.7])
@@ -46,16 +46,6 @@ def test_a_reflection_stays_out_though_the_springs_move_the_road_under_it():
     late = travels[15:]
     assert {travel.state for travel in late} <= {TravelState.MEASURED, TravelState.BRIDGED}
     assert np.mean([travel.distance for travel in late]) == pytest.approx(0.6, rel=0.05)
-
-
-def with_copies(roads):
-    """Return pictures of the road in which a film copies most of it, eight times at most."""
-    rng = np.random.default_rng(1)
-    for index, road in enumerate(roads):
-        if index % 8 == 0:
-            copied = cv2.GaussianBlur(rng.normal(size=PINHOLE.shape), (0, 0), 2.0)
-            copied *= 10.0 / copied.std()
-        yield (128.0 + copied + 0.06 * (road - 128.0)).astype(np.uint8)
 
 
 def test_the_road_is_measured_through_copies_that_are_renewed_too_often_for_a_mean():
