@@ -10,7 +10,9 @@ often for a mean, but is not in the difference of two frames.
 """
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
 import math
 
 import numpy as np
@@ -74,27 +76,25 @@ class PatchMatcher:
         # The slide from which on the reference has an offset, and the offsets with which an
         # unknown slide is searched, all in cells.
         self._least_offset = round(least_offset / CELL)
-        self._offsets = np.linspace(
-            0, patch.max_offset, round(patch.max_offset / self._least_offset) + 1).astype(int)
-        # The newest three frames, and their patches.
-        self._frames: deque[Frame] = deque(maxlen=3)
-        self._newest: deque[NDArray[np.float32]] = deque(maxlen=3)
-        # The frame of the reference, its roll, its patch in place, and the offset of the one that
-        # is in the correlator, in cells.
-        self._key_frame: Frame | None = None
+        self._offsets: list[int] = np.linspace(
+            0, patch.max_offset, round(patch.max_offset / self._least_offset) + 1,
+            dtype=int).tolist()
+        # The patches of the newest three frames, and of that of the reference, by their offset.
+        self._newest: deque[Callable[[int], NDArray[np.float32]]] = deque(maxlen=3)
+        self._key: Callable[[int], NDArray[np.float32]] | None = None
+        # The roll of the reference, its patch in place, and the offset of the one that is in the
+        # correlator, in cells.
         self._roll, self._reference = 0.0, np.zeros(patch.shape, np.float32)
         self._offset: int | None = None
         # Mean of the newest patches of a moving road, and their number.
         self._pattern, self._patches = np.zeros(patch.shape, np.float32), 0
 
     def project(self, frame: Frame) -> None:
-        """Project a frame (H, W) to the patch, which becomes the newest one."""
-        self._frames.append(frame)
-        self._newest.append(self._patch(frame))
+        """Make the patch of a frame (H, W) the newest one."""
+        self._newest.append(cache(partial(self._patch, frame)))
 
     def restart(self, frame: Frame, roll: float = 0.0) -> None:
-        """Project the first frame of a pair (H, W), and make it the reference."""
-        self._frames.clear()
+        """Make the patch of a frame (H, W), the first of a pair, the reference."""
         self._newest.clear()
         self.project(frame)
         self.set_reference(roll)
@@ -132,22 +132,22 @@ class PatchMatcher:
 
         ``roll`` is that of its frame, relative to the patch, in radians, positive right side down.
         """
-        self._key_frame, self._roll = self._frames[-1], roll
+        self._key, self._roll = self._newest[-1], roll
         self._reference, self._offset = self._upright(self._without_fixed, roll), None
 
     def _refer(self, offset: int) -> None:
         """Give the correlator the reference with this offset in cells."""
         if offset != self._offset:
-            assert self._key_frame is not None
+            assert self._key is not None
             self._offset = offset
             self._correlator.set_reference(self._reference if offset == 0 else self._upright(
-                self._patch(self._key_frame, offset), self._roll, offset), offset)
+                self._key(offset), self._roll, offset), offset)
 
     def learn(self) -> None:
         """Add the newest patch, on which the road has moved, to the mean pattern."""
         self._patches = min(self._patches + 1, TUNING.pattern_patches)
         self._pattern = self._pattern + (
-            self._newest[-1] - self._pattern) / np.float32(self._patches)
+            self._newest[-1](0) - self._pattern) / np.float32(self._patches)
 
     def deviation(self, key: RoadKeyframe) -> float:
         """Return the standard deviation of a slide in camera heights, without that of the tilt."""
@@ -195,17 +195,15 @@ class PatchMatcher:
         if len(self._newest) < 3:
             return np.full(len(ways), np.nan)
         first, second, third = self._newest
-        change = self._patch.derotated(third - second, turn, roll)
+        change = self._patch.derotated(third(0) - second(0), turn, roll)
         scores = np.full(len(ways), np.nan)
         for offset in self._offsets:
             cells = ways * slide_scale(self._depth_with(offset), tilt) / CELL
             here = cells > offset - self._least_offset // 2
             if not here.any():
                 break
-            if offset:
-                first, second = (self._patch(frame, offset) for frame in list(self._frames)[:2])
             self._change_correlator.set_reference(
-                self._upright(second - first, roll, offset), offset)
+                self._upright(second(offset) - first(offset), roll, offset), offset)
             self._change_correlator.compare(change)
             scores[here] = self._change_correlator.scores_at(cells[here])
         return scores
@@ -252,4 +250,5 @@ class PatchMatcher:
 
     @property
     def _without_fixed(self) -> NDArray[np.float32]:
-        return self._newest[-1] - self._pattern if self.has_moved else self._newest[-1]
+        newest = self._newest[-1](0)
+        return newest - self._pattern if self.has_moved else newest

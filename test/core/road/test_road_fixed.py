@@ -116,7 +116,7 @@ class Flat(SimpleNamespace):
     shape, window, depth = (80, 60), np.ones((80, 60), np.float32), 3.0
     blur_cells, max_offset = 0.0, 0
 
-    def __call__(self, frame):
+    def __call__(self, frame, offset):
         return frame
 
     def derotated(self, patch, *_):
