@@ -83,7 +83,7 @@ _HOW_TEXT = """
 
     The resolution matters: with 360 pixels per radian instead of 256, the heading drifts by a
     third less on drives along KITTI sequences, with 720 by a further fifth, for three times the
-    time. The remaining settings hardly do. From 16 × 8 to 24 × 10 blocks of 7 to 15 pixels, 10° to
+    time. The other settings hardly matter. From 16 × 8 to 24 × 10 blocks of 7 to 15 pixels, 10° to
     15° below the horizon and 15° to 30° above, three to ten iterations of the fit, and deviations
     of 0.15 to 0.8 pixels, all errors per frame lie within 20 % of each other. The cheapest
     settings are used, but for the blocks: with 9 pixels instead of 11, noisy and compressed

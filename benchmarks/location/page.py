@@ -13,13 +13,13 @@ from benchmarks.shared.report import machine, paragraphs
 import numpy as np
 
 _INTRODUCTION = """
-    This page shows how soon a drive is [located](../how-to/locate.md) on a road map without
-    any prior, how exact the place then is, and how often a place is claimed that is wrong.
-    Drives of several kilometres through a town are mostly located after 0.5 to 1 km, whether the
-    height of the camera is known or not, and some drives of one or two not at all. From then on
-    the place is a few metres off along the road. The tuning was chosen on some of these drives,
-    so their figures are not those of new drives. The way varies with the random numbers, by a
-    hundred metres and more.
+    This page shows how soon a drive is [located](../how-to/locate.md) on a road map without any
+    prior, how exact the place then is, and how often a place is claimed that is wrong. Drives of
+    several kilometres through a town are mostly located after 0.5 to 1 km, whether the height of
+    the camera is known or not, and some drives of one or two kilometres are not located at all.
+    From then on the place is a few metres off along the road. The tuning was chosen on some of
+    these drives, so their figures are not those of new drives. The way varies with the random
+    numbers, by a hundred metres and more.
 
     The map is an extract of Karlsruhe of about 22 km² with 255 km of road. *Located* is the way
     until a place is claimed, *claimed* the share of the whole way on which one is. The errors
@@ -56,13 +56,12 @@ _WORSE_TEXT = """
 _EVIDENCE_TEXT = """
     Parts of 1.5 km of the drives 00, 02, 08, 09 and 10, in both directions, with other noise for
     each: on the maps of another town and of mirrored towns nothing may be claimed, and on the map
-    of Karlsruhe nothing that is more than 50 m off. A rotated map would not be another one: the
-    drive begins in any direction. When it was chosen what may be claimed, the runs on wrong maps
-    of the drives *held out*, 02 and 10, played no part; their runs on the right map were seen.
-    How the hypotheses are split, how often lost vehicles return and the penalty of the null
-    hypothesis were chosen by 09 and 10 on the right map, by three parts of 00 and 08 on the
-    mirrored one, and by a made-up town.
-    *Unknown* is a scale of 1.1 to 2.2 m per unit.
+    of Karlsruhe nothing that is more than 50 m off. A rotated map is not a different map, since a
+    drive may begin in any direction. The rules for a claim were chosen without the runs of 02 and
+    10 (*held out*) on wrong maps; their runs on the right map were seen. How the hypotheses are
+    split, how often lost vehicles return and the penalty of the null hypothesis were chosen by 09
+    and 10 on the right map, by three parts of 00 and 08 on the mirrored one, and by a made-up
+    town. *Unknown* is a scale of 1.1 to 2.2 m per unit.
     """
 _LARGE_TEXT = """
     True poses with noise as above, on one map of 110 km² with 1,020 km of road: Karlsruhe,
@@ -70,9 +69,10 @@ _LARGE_TEXT = """
     """
 _GPS_TEXT = """
     True poses with noise as above and a fix each second, with noise of 2, 5 or 10 m, which it
-    states. *Aside* is a constant error to the north-east that it does not state: up to about 8 m
-    the road is still that of the fixes, with 15 m nothing should be claimed. The last rows have
-    the same on maps without the roads that were driven, or of a mirrored town.
+    states. *Aside* is a constant error to the north-east that it does not state: up to about 8 m,
+    the road is still that of the fixes. With 15 m nothing should be claimed; one drive claims a
+    place on a part of its way. The last rows have the same on maps without the roads that were
+    driven, or of a mirrored town.
     """
 _CODES_TEXT = """
     From the bare code of equal links alone, as `locate` reads it: links of 10 m in eight

@@ -32,8 +32,8 @@ _FRAMES = 60
 Result = TypeVar('Result')
 
 _INTRODUCTION = """
-    This page shows how well three tests detect pairs that are not measurements, vehicles that
-    stand still, and patterns that are fixed to the camera.
+    This page shows how well three tests detect pairs that are not measurements, standing vehicles,
+    and patterns that are fixed to the camera.
 
     The significance of the peak separates good pairs from unrelated frames far better than the
     response does. The motion of the blocks, averaged over a few pairs, detects a standing vehicle

@@ -25,7 +25,7 @@ _CONDITIONS = ('as they are', 'noise, σ = 20', 'noise, σ = 50', 'night, 6 % of
                'rain, 2000 streaks')
 
 _TEXT = """
-    The state machine waits out the remaining wrong pairs: a turn counts at the
+    The state machine tolerates the remaining wrong pairs: a turn counts at the
     `shift.confirm_frames`-th consecutive pair beyond the threshold, and ends at the
     `shift.release_frames`-th consecutive pair below it. A turn at a crossing exceeds the threshold
     for one or two seconds, so 2 and 4 pairs have no cost at 10 Hz; 3 pairs to confirm would miss

@@ -37,7 +37,7 @@ from std_msgs.msg import UInt8
 from std_srvs.srv import Trigger
 
 _EVERYTHING = {'camera_height': 1.65, 'code_step': 5.0}
-_FAST = ((150.0, 1200), (300.0, 1800), (1000.0, 3000))
+_FAST = ((60.0, 600), (150.0, 1200), (300.0, 1800))
 _LEAST_RATE = 150.0
 _MORE_MS = 2.1
 _ROUNDS = 3

@@ -18,8 +18,8 @@ INTRODUCTION = paragraphs("""
     A step of the correlator takes about half the time of `cv2.phaseCorrelate` and about a tenth of
     the time of feature tracking with an essential matrix. It allocates no buffer of a frame's
     size, so memory stays constant. The node keeps up with cameras of well over 100 frames per
-    second on one core, and a replay by the rule of the paper takes little longer than decoding
-    the pictures.
+    second, most of which it foresees; at 10 Hz, a frame costs it more than the aim. A replay by
+    the rule of the paper takes a fifth longer than the slower of decoding and correlation.
 
     `make bench` measures everything side by side in one run of less than ten minutes and writes
     this page. The absolute figures hold for one machine; the ratios carry over to others. `make

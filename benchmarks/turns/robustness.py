@@ -68,8 +68,9 @@ _NOTES = """
       turn is enough to end the turn and start another. A limit on the distance of the matches,
       twice the RANSAC threshold, or MAGSAC change little.
 
-    - The heading costs no more time than phase correlation of the whole frame, but it needs a
-      focal length. In return it separates rotation from translation, and it detects wrong peaks.
+    - At this size, the heading costs about as much time as phase correlation of the whole frame,
+      but it needs a focal length. In return it separates rotation from translation, and it detects
+      wrong peaks.
 
     - Whitening removes gain that changes from frame to frame. Tracking by brightness does not
       withstand it.
