@@ -5,7 +5,7 @@
 from dataclasses import dataclass, field
 from enum import Enum
 from types import MappingProxyType
-from typing import Any, Final, TypeAlias
+from typing import Any, TypeAlias
 
 from phase_traj_ros.errors import ParameterError
 
@@ -16,7 +16,7 @@ _ROS_TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
 _CONSTANT = 'it is a constant now; leave it out'
 _MASKED = 'leave the area out with mask_file'
 # Parameters of earlier versions, and what to do instead.
-REMOVED: Final = MappingProxyType({
+REMOVED = MappingProxyType({
     'estimate_fov': 'code_source auto learns an unknown camera; leave it out',
     'threshold_deg_s': 'give threshold in px/frame, or leave both out (code_source auto)',
     'transform': 'the fastest library that is installed is used; leave it out',

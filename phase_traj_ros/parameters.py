@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
 from functools import cache, cached_property
-from typing import Any, cast, Final
+from typing import Any, cast
 
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View
 from phase_traj_ros.core.camera.lens import Lens
@@ -25,14 +25,14 @@ from phase_traj_ros.parameter_spec import Group, parameter, REMOVED, Spec, Value
 
 NODE_NAME = 'phase_traj'
 
-MAX_PATH_POSES: Final = 1000
+MAX_PATH_POSES = 1000
 """Maximum number of poses of the published path; a longer one is thinned."""
 
 # Of what is measured with the lens, in a description.
 _NEEDS_LENS = 'Unless the codes come from the turns (auto), it requires a focal length.'
 # Frames of REP 105 for a pose in metres, and of this package for others.
 _ODOM, _UNSCALED = 'odom', NODE_NAME
-MAP_FRAME: Final = 'map'
+MAP_FRAME = 'map'
 """Frame of ~/odom_map, ~/roads and ~/candidates (REP 105): x east and y north of the datum."""
 _OF_MAP = ('map_roads', 'map_datum', 'publish_map_tf')
 _GIVE_METRES = 'set camera_height or a speed, unless /tf_static gives the height'

@@ -12,9 +12,9 @@ import os
 import signal
 import sys
 from types import FrameType
-from typing import Final, TextIO
+from typing import TextIO
 
-EXIT_BAD_INPUT: Final = 2
+EXIT_BAD_INPUT = 2
 """Exit status after a wrong call, or an input that cannot be used."""
 
 _WORDS = {signal.SIGINT: 'interrupted', signal.SIGTERM: 'terminated', signal.SIGHUP: 'hung up'}

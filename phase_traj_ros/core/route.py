@@ -20,10 +20,10 @@ class Route:
     def __init__(self, settings: EstimatorSettings) -> None:
         """Make a route that has not started; its sources do not change later."""
         along_heading = settings.draws_heading
-        self._chain_path = ChainPath(max_corners=settings.max_corners)
         self._heading_path = HeadingPath(max_corners=settings.max_corners if along_heading else 1)
         self._odometer = Odometer(self._heading_path) if settings.metric else None
-        self.drawn: DrawnPath = self._heading_path if along_heading else self._chain_path
+        self.drawn: DrawnPath = (
+            self._heading_path if along_heading else ChainPath(max_corners=settings.max_corners))
         self.way = Way()
         """Distance travelled."""
         self.links: LinkCode | None = None
@@ -35,8 +35,7 @@ class Route:
 
     def start(self, stamp_ns: int) -> None:
         """Start at the origin, on a route that has not started."""
-        self._chain_path.start(stamp_ns)
-        self._heading_path.start(stamp_ns)
+        self.drawn.start(stamp_ns)
 
     def add(
         self, step: Step, heading: HeadingStep | None, travel: Travel | None, stamp_ns: int,
@@ -48,8 +47,8 @@ class Route:
         Return its odometry, None if the distance is not known in metres, and the directions of
         the equal links that end with it. ``interval_deviation`` is that of its interval, in s.
         """
-        if step.appended:
-            self._chain_path.append(step.direction, stamp_ns)
+        if step.appended and isinstance(self.drawn, ChainPath):
+            self.drawn.append(step.direction, stamp_ns)
         if heading is None or travel is None:
             return None, ()
         interval = interval_ns * 1e-9
@@ -74,8 +73,8 @@ class Route:
         ``heading`` and ``travel`` are those since the newest pair, ``interval_ns`` before; the
         next one replaces them.
         """
-        if step.appended:
-            self._chain_path.append(step.direction, stamp_ns)
+        if step.appended and isinstance(self.drawn, ChainPath):
+            self.drawn.append(step.direction, stamp_ns)
         if travel is None:
             return None
         self.way.foresee(travel)

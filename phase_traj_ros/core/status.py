@@ -11,13 +11,14 @@ class PairStatus(Enum):
     """The reason for the movement code of a pair."""
 
     OK = 'ok'
-    """Measured or foreseen, and judged: forward, or the pair on which a turn begins."""
+    """Measured or foreseen, and judged: forward, or the pair on which a turn is coded."""
     TURNING = 'turning'
-    """Measured or foreseen: a turn that began earlier continues."""
+    """Measured or foreseen: the vehicle yaws, or a turn continues."""
     STILL = 'still'
     """The vehicle stands: the road does not move, or only noise and traffic move in the image."""
     NO_MEASUREMENT = 'no_measurement'
-    """The two frames are unrelated, or one of them has no content."""
+    """The two frames are unrelated, one of them has no content, or what they have in common may be
+    fixed to the camera."""
     GAP = 'gap'
     """The interval between the two frames exceeds the limit."""
     REPRIMED = 'reprimed'

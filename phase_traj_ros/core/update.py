@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The result of a pair of frames, and the counters of the estimator."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
 from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.codes.chain import Step
@@ -100,21 +100,10 @@ class Counters:
 
     def count(self, status: PairStatus) -> None:
         """Count a pair by its status, before it is coded."""
-        if status is PairStatus.GAP:
-            self.gaps += 1
-        elif status is PairStatus.REPRIMED:
-            self.reprimed += 1
-        elif status is PairStatus.NO_MEASUREMENT:
-            self.unmeasured += 1
-        elif status is PairStatus.STILL:
-            self.still += 1
-        elif status is PairStatus.REPEATED:
-            self.repeated += 1
+        if name := _COUNTED.get(status):
+            setattr(self, name, getattr(self, name) + 1)
 
-    def copy(self) -> 'Counters':
-        """Return a copy of the current counts."""
-        return replace(self)
 
-    def as_dict(self) -> dict[str, int]:
-        """Return the counts by name."""
-        return asdict(self)
+_COUNTED = {
+    PairStatus.GAP: 'gaps', PairStatus.REPRIMED: 'reprimed', PairStatus.STILL: 'still',
+    PairStatus.NO_MEASUREMENT: 'unmeasured', PairStatus.REPEATED: 'repeated'}

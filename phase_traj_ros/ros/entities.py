@@ -5,7 +5,7 @@
 from collections.abc import Callable
 from contextlib import ExitStack
 from copy import copy
-from typing import Any, Final
+from typing import Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks
@@ -17,9 +17,9 @@ from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 
-PER_PAIR: Final = QoSProfile(depth=100)
+PER_PAIR = QoSProfile(depth=100)
 """Reliable. A subscriber may lag by a few seconds without losing a message of a pair."""
-LATCHED: Final = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """A late subscriber receives the last message at once."""
 
 

@@ -2,16 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Explains from the ROS graph why no image arrives."""
 
-from typing import Final
 
 from phase_traj_ros.io.messages.topics import DEBUG_IMAGE
 from rclpy.node import Node
 from rclpy.qos import qos_check_compatible, QoSCompatibility, QoSProfile
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-RAW: Final = 'sensor_msgs/msg/Image'
-COMPRESSED: Final = 'sensor_msgs/msg/CompressedImage'
-SUFFIX: Final = '/compressed'
+RAW = 'sensor_msgs/msg/Image'
+COMPRESSED = 'sensor_msgs/msg/CompressedImage'
+SUFFIX = '/compressed'
 """What image_transport appends to the name of an image topic."""
 
 

@@ -3,11 +3,10 @@
 """Advice for images that are lost in transport."""
 
 from collections.abc import Mapping
-from typing import Final
 
 from phase_traj_ros.io.params_file import config_folder
 
-PROFILE: Final = 'fastdds_large_images.xml'
+PROFILE = 'fastdds_large_images.xml'
 # Either variable names a profile file; the first is the older name.
 _VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 # Default size of the shared memory of Fast DDS; a profile can change it.

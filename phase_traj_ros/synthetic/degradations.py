@@ -7,8 +7,6 @@ All are pure functions. Those of a frame take (height, width) uint8 and return t
 parts depend on ``seed`` only, an integer or several: (drive, frame) seeds one frame of one drive.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 import io
 from typing import TypeAlias

@@ -53,7 +53,6 @@ class ChainCode:
         """The current turn, ``LEFT`` or ``RIGHT``, or None."""
         self.heading: AnyDirection = self.directions.FORWARD
         """The current direction."""
-        self._started = False
         self._end_turn()
 
     def skip(self, *, end_turn: bool = False) -> Step:
@@ -69,11 +68,6 @@ class ChainCode:
 
     def _end_turn(self) -> None:
         self.turn = None
-
-    def _starts(self) -> bool:
-        """Return whether the next pair is the first that is judged: it is ``FORWARD``."""
-        first, self._started = not self._started, True
-        return first
 
     def _turned(self, side: Movement) -> Movement:
         """Turn the direction by a quarter to a side; return the side."""

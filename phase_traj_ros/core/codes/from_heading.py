@@ -67,7 +67,7 @@ class HeadingCode(ChainCode):
         return self._append(self._judge(heading))
 
     def _judge(self, heading: float) -> Movement:
-        if self._starts():
+        if not self.direction:
             return Movement.FORWARD
         turned = self._sector.follow(heading)
         self.heading = self._sector.direction

@@ -102,7 +102,7 @@ class DynamicChainCode(ChainCode):
         self._on_side = 0
 
     def _judge(self, dx: float) -> Movement:
-        if self._starts():
+        if not self.direction:
             return Movement.FORWARD
         side = self._side_of(dx)
         self._on_side = self._on_side + 1 if side is self._side else 1

@@ -47,7 +47,7 @@ class TurnCode(ChainCode):
         return self._append(self._judge())
 
     def _judge(self) -> Movement:
-        if self._starts():
+        if not self.direction:
             return Movement.FORWARD
         if not self._due:
             return Movement.FORWARD if self.turn is None else Movement.NO_CHANGE

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.estimate import CameraEstimate, FieldOfView
 from phase_traj_ros.core.camera.in_use import CameraInUse
-from phase_traj_ros.core.camera.lens import Lens, LensOrigin
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
@@ -94,9 +94,8 @@ class YawCamera:
         The pitch of a calibrated camera is that of the direction of travel; a camera that is
         learned from turns is learned with its pitch.
         """
-        calibrated = self.lens.origin in (LensOrigin.GIVEN, LensOrigin.CALIBRATION)
-        level = (self._meter.mounting.level if calibrated and self._meter is not None
-                 else math.cos(self.lens.horizon.pitch))
+        level = (math.cos(self.lens.horizon.pitch) if self.lens.is_guess or self._meter is None
+                 else self._meter.mounting.level)
         return math.cos(self.roll.current) * level
 
     @property

@@ -162,8 +162,6 @@ class FixGate:
     def __init__(self, settings: LocatorSettings) -> None:
         """Make a gate that has seen no fix."""
         self._settings = settings
-        self._last: tuple[PositionFix, float] | None = None
-        self._anywhere = True
         self.reset(anywhere=True, known=False)
 
     def reset(self, *, anywhere: bool, known: bool) -> None:
@@ -173,9 +171,10 @@ class FixGate:
         The next fix overrides the estimate if the vehicle may be ``anywhere`` after that, or if
         its place has not been ``known``, neither from a fix nor from the map.
         """
-        self._anywhere = anywhere or (self._anywhere and self._last is None and not known)
+        self._anywhere: bool = anywhere or (
+            self._anywhere and self._last is None and not known)
         # Each with the metres travelled up to it.
-        self._last = None
+        self._last: tuple[PositionFix, float] | None = None
         # Those in a row that contradict the estimate; each agrees with the one before.
         self._doubted: list[tuple[PositionFix, float]] = []
         # The first of the newest fixes at one position.

@@ -79,21 +79,19 @@ class OdometryStep:
     @classmethod
     def between(
         cls, before: tuple[float, float, float], after: tuple[float, float, float], *,
-        stamp_ns: int, distance_variance: float = 0.0, yaw_variance: float = 0.0,
+        stamp_ns: int,
     ) -> 'OdometryStep':
         """
         Return the step between two planar poses, each x, y and yaw in radians.
 
         The distance is that along the mean heading: the length of the chord of an arc, negative in
-        reverse. Noise across the heading would make the chord longer. The other arguments and the
-        errors are those of the step.
+        reverse. Noise across the heading would make the chord longer.
         """
         dx, dy = after[0] - before[0], after[1] - before[1]
         yaw = math.remainder(after[2] - before[2], math.tau)
         middle = before[2] + yaw / 2
         return cls(
-            stamp_ns=stamp_ns, distance=dx * math.cos(middle) + dy * math.sin(middle), yaw=yaw,
-            distance_variance=distance_variance, yaw_variance=yaw_variance)
+            stamp_ns=stamp_ns, distance=dx * math.cos(middle) + dy * math.sin(middle), yaw=yaw)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 """Decodes compressed images and image files to greyscale."""
 
 from pathlib import Path
-from typing import cast, Final, TypeAlias
+from typing import cast, TypeAlias
 
 import cv2
 import numpy as np
@@ -14,11 +14,11 @@ from phase_traj_ros.io.images.header import read_header, SIGNATURES
 GreyImage: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | npt.NDArray[np.float32]
 """A greyscale image, (H, W), uint8, uint16 or float32."""
 
-PICTURE_SUFFIXES: Final = (
+PICTURE_SUFFIXES = (
     '.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.pgm', '.ppm', '.webp')
 """Suffixes of image files, in any case."""
 
-MAX_PIXELS: Final = 2 ** 26
+MAX_PIXELS = 2 ** 26
 """Limit of the size of a decoded image: 67 million pixels."""
 
 

@@ -10,11 +10,10 @@ this is checked before decoding. Damage inside of a PNG's chunk is found by Open
 
 from io import BytesIO
 import struct
-from typing import Final
 
 from phase_traj_ros.errors import FrameError
 
-SIGNATURES: Final = (b'\xff\xd8\xff', b'\x89PNG\r\n\x1a\n')
+SIGNATURES = (b'\xff\xd8\xff', b'\x89PNG\r\n\x1a\n')
 """What a JPEG and a PNG start with."""
 
 _JPEG_END = b'\xff\xd9'

@@ -4,18 +4,17 @@
 
 import math
 from pathlib import Path
-from typing import Final
 
 from phase_traj_ros.errors import MapError
 
 # The locator keeps all roads in memory, and searches all of them.
-_MOST_ROAD_M: Final = 10_000e3
+_MOST_ROAD_M = 10_000e3
 # A populated region of this size has more road than that. Degrees of latitude, and metres.
-_MOST_DEGREES: Final = 3.0
-_FARTHEST_APART_M: Final = 333e3
+_MOST_DEGREES = 3.0
+_FARTHEST_APART_M = 333e3
 # A city has fewer than 10 million nodes, a country 50 million or more.
-_MOST_NODES: Final = 30_000_000
-BYTES_PER_NODE: Final = 8
+_MOST_NODES = 30_000_000
+BYTES_PER_NODE = 8
 """An .osm.pbf has at most this many bytes per node."""
 
 

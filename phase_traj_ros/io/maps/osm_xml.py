@@ -7,7 +7,7 @@ import bz2
 from collections.abc import Callable
 import gzip
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import Any, BinaryIO
 from xml.etree import ElementTree
 import zlib
 
@@ -19,7 +19,7 @@ from phase_traj_ros.io.maps.road_classes import is_road, one_way, OsmWay, Roads
 
 # The number of nodes is checked each time that this many are read.
 _COUNTED = 1 << 16
-_OPEN: Final[dict[str, Callable[..., Any]]] = {'.gz': gzip.open, '.bz2': bz2.open}
+_OPEN: dict[str, Callable[..., Any]] = {'.gz': gzip.open, '.bz2': bz2.open}
 
 
 def read_xml(path: Path, roads: Roads) -> list[OsmWay]:

@@ -6,14 +6,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import math
-from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 # The ellipsoid of WGS 84: semi-major axis in metres, and squared eccentricity.
-_A: Final = 6378137.0
-_E2: Final = 6.69437999014e-3
+_A = 6378137.0
+_E2 = 6.69437999014e-3
 
 
 @dataclass(frozen=True, slots=True)

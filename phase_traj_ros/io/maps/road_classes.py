@@ -5,7 +5,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,26 +19,26 @@ class Roads(Enum):
     """Roads and paths, for robots."""
 
 
-CAR_CLASSES: Final = (
+CAR_CLASSES = (
     'motorway', 'motorway_link', 'trunk', 'trunk_link', 'primary', 'primary_link', 'secondary',
     'secondary_link', 'tertiary', 'tertiary_link', 'unclassified', 'residential',
     'living_street', 'service', 'road')
 """Values of the key highway of roads for cars."""
 
-PATH_CLASSES: Final = ('pedestrian', 'track', 'footway', 'bridleway', 'cycleway', 'path', 'busway')
+PATH_CLASSES = ('pedestrian', 'track', 'footway', 'bridleway', 'cycleway', 'path', 'busway')
 """Further values of the key highway with ``Roads.ALL``."""
 
-OFF_ROAD: Final = ('parking_aisle', 'driveway', 'drive-through', 'emergency_access')
+OFF_ROAD = ('parking_aisle', 'driveway', 'drive-through', 'emergency_access')
 """Values of the key service that do not count as roads for cars."""
 
-_CLASSES: Final = {
+_CLASSES = {
     Roads.CAR: frozenset(CAR_CLASSES), Roads.ALL: frozenset((*CAR_CLASSES, *PATH_CLASSES))}
 # Values that close a road to cars, and the keys that may hold them, most specific first.
-_CLOSED: Final = frozenset(('no', 'agricultural', 'forestry', 'emergency'))
-_ACCESS: Final = ('motorcar', 'motor_vehicle', 'vehicle', 'access')
-_FORWARD: Final = frozenset(('yes', 'true', '1'))
-_BACKWARD: Final = frozenset(('-1', 'reverse'))
-_ROUND: Final = frozenset(('roundabout', 'circular'))
+_CLOSED = frozenset(('no', 'agricultural', 'forestry', 'emergency'))
+_ACCESS = ('motorcar', 'motor_vehicle', 'vehicle', 'access')
+_FORWARD = frozenset(('yes', 'true', '1'))
+_BACKWARD = frozenset(('-1', 'reverse'))
+_ROUND = frozenset(('roundabout', 'circular'))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

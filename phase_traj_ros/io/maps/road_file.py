@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads the roads of an extract of OpenStreetMap, in metres."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,15 +17,15 @@ from phase_traj_ros.io.maps.osm_xml import read_xml
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_classes import OsmWay, Roads
 
-_XML: Final = ('.osm', '.osm.gz', '.osm.bz2')
-_PBF: Final = ('.osm.pbf', '.pbf')
+_XML = ('.osm', '.osm.gz', '.osm.bz2')
+_PBF = ('.osm.pbf', '.pbf')
 
 # At this distance from the origin, the plane shrinks lengths by 0.1 per thousand. Metres.
-_FARTHEST: Final = 100e3
+_FARTHEST = 100e3
 # A map with less road than this, in metres, has none.
-_LEAST_ROAD: Final = 1.0
+_LEAST_ROAD = 1.0
 
-ATTRIBUTION: Final = '© OpenStreetMap contributors, openstreetmap.org/copyright'
+ATTRIBUTION = '© OpenStreetMap contributors, openstreetmap.org/copyright'
 """The attribution that the licence of the data requires."""
 
 

@@ -9,12 +9,12 @@ of rclpy and rosbags. ROS 1 writes D, K and P, ROS 2 d, k and p.
 Sources: the comments of sensor_msgs/CameraInfo and sensor_msgs/RegionOfInterest, REP 104.
 """
 
-from typing import Any, Final
+from typing import Any
 
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.errors import CalibrationError
 
-CAMERA_INFO_TYPE: Final = 'sensor_msgs/msg/CameraInfo'
+CAMERA_INFO_TYPE = 'sensor_msgs/msg/CameraInfo'
 """Name of the message type."""
 
 # The names of sensor_msgs/distortion_models, and the name that the ROS 1 calibrator writes for the

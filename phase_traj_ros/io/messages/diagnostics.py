@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The status of the measurement on /diagnostics, live and in a bag written offline."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from enum import IntEnum
 
 from phase_traj_ros.core import Counters, TrajectoryEstimator
@@ -60,7 +60,7 @@ class MeasurementReporter:
         pairs = counters.frames - self._counted.frames
         unusable = sum(
             getattr(counters, name) - getattr(self._counted, name) for name in _UNUSABLE)
-        self._counted = counters.copy()
+        self._counted = replace(counters)
         if pairs and unusable > (1 - _MEASURED_SHARE) * pairs:
             level, message = Level.WARN, f'{unusable} of {pairs} pairs not measured'
         elif (pairs or Reason.FROZEN in found.reasons) and any(
@@ -72,7 +72,7 @@ class MeasurementReporter:
         else:
             level, message = Level.OK, 'nothing to measure'
         counted = {
-            name: str(value) for name, value in counters.as_dict().items() if name != 'frames'}
+            name: str(value) for name, value in asdict(counters).items() if name != 'frames'}
         return Report(level, message, {
             'frames': str(counters.frames), 'response (median)': f'{response:.3f}', **counted,
             **values})

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from phase_traj_ros.core import Update
 from phase_traj_ros.core.camera.lens import MAX_TILT_DEG
-from phase_traj_ros.core.path.odometry import Odometry
+from phase_traj_ros.core.path.odometry import covariance_rows, Odometry
 from phase_traj_ros.core.path.trajectory import Corner
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameters import Parameters, specs
@@ -213,10 +213,9 @@ def _at_origin(odometry: Odometry, left: float) -> Odometry:
     pose, covariance = odometry.pose, np.array(odometry.covariance)
     along, across = left * math.sin(pose.yaw), left * (1.0 - math.cos(pose.yaw))
     change = np.array([[1.0, 0.0, left - across], [0.0, 1.0, along], [0.0, 0.0, 1.0]])
-    moved = (change @ covariance @ change.T).tolist()
     return replace(
         odometry,
         pose=Corner(pose.x + along, pose.y + across, pose.yaw, pose.stamp_ns),
         speed=odometry.speed + odometry.yaw_rate * left,
         speed_variance=odometry.speed_variance + left * left * odometry.yaw_rate_variance,
-        covariance=(tuple(moved[0]), tuple(moved[1]), tuple(moved[2])))
+        covariance=covariance_rows(change @ covariance @ change.T))

@@ -9,7 +9,7 @@ written offline use the same code.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 import math
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,10 +21,10 @@ from phase_traj_ros.io.messages.topics import CHAIN_CODE, LINKS, Topic
 from phase_traj_ros.parameters import MAX_PATH_POSES, NODE_NAME, Parameters
 
 _NANOSECONDS = 10**9
-TEXT_RUNS: Final = 50
+TEXT_RUNS = 50
 """Runs of each code in the texts of the codes: the newest."""
 
-UNKNOWN_VARIANCE: Final = 1e6
+UNKNOWN_VARIANCE = 1e6
 """Variance of unmeasured values."""
 
 # Variance of the lateral speed, which is close to zero.

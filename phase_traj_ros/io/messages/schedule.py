@@ -2,19 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Schedules the messages that the node publishes and that a bag written offline contains."""
 
-from typing import Final
 
 from phase_traj_ros.core import Movement, Update
 from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.io.messages.topics import CHAIN_CODE, LINKS, PATH, Topic, whole_topics
 from phase_traj_ros.parameters import Parameters
 
-CHAIN_CODE_PERIOD_NS: Final = 10**9
+CHAIN_CODE_PERIOD_NS = 10**9
 """The texts of the codes are published when the newest code changes, else at most this often."""
 
-_PATH_PERIOD_NS: Final = 200_000_000
+_PATH_PERIOD_NS = 200_000_000
 
-DIAGNOSTICS_PERIOD_NS: Final = 10**9
+DIAGNOSTICS_PERIOD_NS = 10**9
 """Period of the diagnostics."""
 
 

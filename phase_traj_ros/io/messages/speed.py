@@ -5,9 +5,9 @@
 from collections.abc import Callable, Mapping
 from operator import attrgetter
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Any
 
-SPEED_OF: Final[Mapping[str, Callable[[Any], float]]] = MappingProxyType({
+SPEED_OF: Mapping[str, Callable[[Any], float]] = MappingProxyType({
     'geometry_msgs/msg/TwistStamped': attrgetter('twist.linear.x'),
     'geometry_msgs/msg/TwistWithCovarianceStamped': attrgetter('twist.twist.linear.x'),
     'nav_msgs/msg/Odometry': attrgetter('twist.twist.linear.x'),

@@ -9,15 +9,15 @@ Sources: REP 103 (axes of bodies and of optical frames), REP 105 (base_link) and
 """
 
 import math
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.io.messages.mounting import Mount
 
-STATIC_TOPIC: Final = '/tf_static'
-TF_TYPE: Final = 'tf2_msgs/msg/TFMessage'
-FOOTPRINT: Final = 'base_footprint'
+STATIC_TOPIC = '/tf_static'
+TF_TYPE = 'tf2_msgs/msg/TFMessage'
+FOOTPRINT = 'base_footprint'
 """Frame on the ground below the vehicle, from which heights are measured if it is there."""
 
 # Sines of the pitches of a steep camera, up to somewhat more than can be used.

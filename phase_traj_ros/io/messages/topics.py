@@ -3,7 +3,6 @@
 """The topics that the node publishes."""
 
 from dataclasses import dataclass
-from typing import Final
 
 from phase_traj_ros.parameters import Parameters
 
@@ -18,7 +17,7 @@ class Topic:
     """Whether late subscribers receive the last message at once."""
 
 
-ALWAYS: Final = (
+ALWAYS = (
     Topic('movement', 'std_msgs/msg/UInt8'),
     Topic('direction', 'std_msgs/msg/UInt8'),
     Topic('shift', 'geometry_msgs/msg/Vector3Stamped'),
@@ -29,7 +28,7 @@ ALWAYS: Final = (
 )
 """Topics of ``Messages.of_pair``."""
 
-HEADING: Final = (
+HEADING = (
     Topic('heading', 'std_msgs/msg/Float64'),
     Topic('heading_stamped', 'geometry_msgs/msg/QuaternionStamped'),
     Topic('turn', 'geometry_msgs/msg/Vector3Stamped'),
@@ -37,16 +36,16 @@ HEADING: Final = (
 )
 """Additional topics of ``Messages.of_pair`` if the heading is measured."""
 
-ODOMETRY: Final = Topic('odom', 'nav_msgs/msg/Odometry')
-POSE_WITH_COVARIANCE: Final = Topic(
+ODOMETRY = Topic('odom', 'nav_msgs/msg/Odometry')
+POSE_WITH_COVARIANCE = Topic(
     'pose_with_covariance', 'geometry_msgs/msg/PoseWithCovarianceStamped')
-SPEED: Final = Topic('speed', 'geometry_msgs/msg/TwistWithCovarianceStamped')
+SPEED = Topic('speed', 'geometry_msgs/msg/TwistWithCovarianceStamped')
 """Additional topics of ``Messages.of_pair`` if the distance is in metres."""
 
-CHAIN_CODE: Final = Topic('chain_code', 'std_msgs/msg/String', latched=True)
-LINKS: Final = Topic('links', 'std_msgs/msg/String', latched=True)
-PATH: Final = Topic('path', 'nav_msgs/msg/Path', latched=True)
-DEBUG_IMAGE: Final = Topic('debug_image', 'sensor_msgs/msg/Image')
+CHAIN_CODE = Topic('chain_code', 'std_msgs/msg/String', latched=True)
+LINKS = Topic('links', 'std_msgs/msg/String', latched=True)
+PATH = Topic('path', 'nav_msgs/msg/Path', latched=True)
+DEBUG_IMAGE = Topic('debug_image', 'sensor_msgs/msg/Image')
 
 
 def pair_topics(parameters: Parameters) -> tuple[Topic, ...]:

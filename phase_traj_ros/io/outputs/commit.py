@@ -9,11 +9,10 @@ import os
 from pathlib import Path
 import signal
 import threading
-from typing import Final
 
 from phase_traj_ros.errors import OutputError
 
-STOPPING: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """Signals that end a program in order."""
 
 

@@ -9,11 +9,10 @@ import hashlib
 from itertools import chain
 import json
 from pathlib import Path
-from typing import Final
 
 import phase_traj_ros
 
-MANIFEST: Final = 'manifest.json'
+MANIFEST = 'manifest.json'
 
 
 @dataclass(frozen=True, slots=True)

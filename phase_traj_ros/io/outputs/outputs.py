@@ -11,13 +11,12 @@ import os
 from pathlib import Path
 import shutil
 import tempfile
-from typing import Final
 
 from phase_traj_ros.errors import ForeignFileError, OutputError
 from phase_traj_ros.io.outputs.commit import commit, Move, uninterrupted, writing_to
 from phase_traj_ros.io.outputs.manifest import MANIFEST, Manifest
 
-STAGING: Final = '.phase_traj-'
+STAGING = '.phase_traj-'
 """Beginning of the names of the folders for unfinished outputs."""
 
 

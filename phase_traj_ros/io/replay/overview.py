@@ -5,7 +5,6 @@
 from dataclasses import dataclass, replace
 from itertools import pairwise
 import math
-from typing import Final
 
 import cv2
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core import Movement, PairStatus, Update
 from phase_traj_ros.io.replay.run import Replay
 
-LOW_RESPONSE: Final = 0.02
+LOW_RESPONSE = 0.02
 """Unrelated frames reach a response of 0.014 to 0.021 at 1241 x 376 pixels."""
 
 # An interval of this many usual ones lacks a frame.

@@ -11,7 +11,7 @@ from pathlib import Path
 import statistics
 from tempfile import TemporaryDirectory
 from types import TracebackType
-from typing import Any, Final, TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.errors import OutputError, rosbags_missing
@@ -28,8 +28,8 @@ from phase_traj_ros.parameters import NODE_NAME
 if TYPE_CHECKING:
     from rosbags.interfaces import Qos
 
-SUFFIX: Final = '.mcap'
-DIAGNOSTICS: Final = '/diagnostics'
+SUFFIX = '.mcap'
+DIAGNOSTICS = '/diagnostics'
 
 _DIAGNOSTICS = Topic('diagnostics', 'diagnostic_msgs/msg/DiagnosticArray')
 _RESPONSES = 1000

@@ -104,7 +104,7 @@ def chain_code_of(
         'direction_runs': _pairs(codes.direction.runs),
         'movement_totals': codes.movement.totals_of(Movement),
         'direction_totals': codes.direction.totals_of(codes.directions),
-        'counters': dict(estimator.counters.as_dict()),
+        'counters': asdict(estimator.counters),
         **_reliability_content(estimator.reliability.of_drive),
         'turns': _turn_list(estimator.turns),
         **({} if heading is None else {

@@ -3,7 +3,6 @@
 """The colours of figures, debug images and HTML pages."""
 
 from dataclasses import asdict, dataclass
-from typing import Final
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,14 +37,14 @@ class Palette:
         return ' '.join(f'--{name}: {colour};' for name, colour in asdict(self).items())
 
 
-LIGHT: Final = Palette(
+LIGHT = Palette(
     paper='#f4f6f8', card='#ffffff', ink='#1f2933', faint='#65717e', muted='#9aa5b1',
     rule='#dfe4ea', line='#0b6e99', accent='#d1495b', band='#0b6e991a',
     left='#3a7ca5', forward='#b8c4ce', right='#e08e45', rest='#e6ebf0', backward='#8d6a9f',
     warn='#b4541a')
 """For paper. Figures have the colour of a card as background."""
 
-DARK: Final = Palette(
+DARK = Palette(
     paper='#14191f', card='#1d242c', ink='#e4e9ee', faint='#93a0ad', muted='#6b7682',
     rule='#323c47', line='#5fb4dc', accent='#ef7a8a', band='#5fb4dc21',
     left='#5fa3cf', forward='#57636f', right='#e59f5f', rest='#2b343e', backward='#a884ba',

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import FrameError, SourceError
@@ -14,16 +14,16 @@ from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.messages.mounting import Mount
 from phase_traj_ros.io.sources.selection import Selection, Selector
 
-DEFAULT_FPS: Final = 10.0
+DEFAULT_FPS = 10.0
 """Frames per second, if neither the source nor the user gives a rate."""
 
-DEFAULT_SPEED_TOPIC: Final = '/speed'
+DEFAULT_SPEED_TOPIC = '/speed'
 """Topic of a bag that holds speeds: the node's, if it runs in the root namespace."""
 
 # Share of the declared frames.
 _FEW_MISSING = 0.02
 
-CAMERA_FRAME: Final = 'camera'
+CAMERA_FRAME = 'camera'
 """Name of the camera's coordinate frame, if the source gives none."""
 
 

@@ -5,12 +5,12 @@
 from collections import deque
 from collections.abc import Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any, Final, TypeVar
+from typing import Any, TypeVar
 
 ItemT = TypeVar('ItemT')
 
-_DEPTH: Final = 4
-_END: Final = object()
+_DEPTH = 4
+_END = object()
 
 
 def prefetch(items: Iterable[ItemT]) -> Generator[ItemT, None, None]:

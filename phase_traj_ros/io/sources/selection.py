@@ -3,7 +3,6 @@
 """Selection of the frames of a source."""
 
 from dataclasses import dataclass
-from typing import Final
 
 from phase_traj_ros.errors import ParameterError
 
@@ -50,7 +49,7 @@ class Selection:
         return None if self.duration is None else self.start_ns + round(self.duration * 1e9)
 
 
-EVERYTHING: Final = Selection()
+EVERYTHING = Selection()
 """All frames."""
 
 

@@ -7,11 +7,10 @@ from decimal import Decimal
 import os
 from pathlib import Path
 import re
-from typing import Final
 
 from phase_traj_ros.errors import reading, SourceError
 
-TIMES_FILE: Final = 'times.txt'
+TIMES_FILE = 'times.txt'
 """Name of the file with the stamp of each picture, in seconds, one per line."""
 
 _MAX_SECONDS = Decimal(2 ** 63 // 10 ** 9)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 import re
-from typing import cast, Final
+from typing import cast
 
 import cv2
 import numpy as np
@@ -27,7 +27,7 @@ _SNIFFED_BYTES = 4096
 # Types of the boxes with which an MP4 or QuickTime file begins.
 _MP4_BOXES = (b'ftyp', b'moov', b'mdat', b'free', b'skip', b'wide')
 
-RAW_STREAM: Final = re.compile(rb'\xff\xd8\xff|\x00?\x00\x00\x01[^\xba]')
+RAW_STREAM = re.compile(rb'\xff\xd8\xff|\x00?\x00\x00\x01[^\xba]')
 """Start of a stream without a container: JPEG, H.264, H.265 or MPEG, not a program stream's."""
 
 

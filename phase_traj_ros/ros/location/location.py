@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Locates the vehicle from pairs of frames and position fixes, and publishes its place."""
 
-from __future__ import annotations
-
 import math
 
 from nav_msgs.msg import Odometry as OdometryMessage

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Converts estimates, fixes and roads between the locator and ROS messages."""
 
-from __future__ import annotations
-
 import cmath
 from collections.abc import Sequence
 from itertools import pairwise

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from queue import SimpleQueue
 import threading
-from typing import Final
 
 from phase_traj_ros.core import LocationEstimate, MapLocator, Odometry, PositionFix
 from phase_traj_ros.tasks.location.motion import ANYWHERE, Motion
 from phase_traj_ros.tasks.location.run import feed
 
 # Largest number of waiting pairs and fixes. More are dropped; dropped pairs are an interruption.
-_MOST_WAITING: Final = 6000
+_MOST_WAITING = 6000
 
 
 @dataclass(frozen=True, slots=True)

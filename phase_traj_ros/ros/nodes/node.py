@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Any, Final, TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from phase_traj_ros.errors import message_of, PhaseTrajError
 from phase_traj_ros.io.messages.mounting import Mounting
@@ -22,7 +22,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 if TYPE_CHECKING:
     from phase_traj_ros.io.maps.road_file import RoadFile
 
-_AUTOSTART: Final = Spec(
+_AUTOSTART = Spec(
     field='autostart', default=True, read_only=True,
     description='Whether the node configures and activates itself at its start.')
 

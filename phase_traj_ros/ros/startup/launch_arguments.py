@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 import posixpath
 from types import MappingProxyType
-from typing import Final
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.params_file import find_params_file, parse_assignment, values_for
@@ -22,11 +21,11 @@ from rclpy.validate_namespace import validate_namespace
 from rclpy.validate_node_name import validate_node_name
 from rclpy.validate_topic_name import validate_topic_name
 
-LOG_LEVELS: Final = ('debug', 'info', 'warn', 'error', 'fatal')
+LOG_LEVELS = ('debug', 'info', 'warn', 'error', 'fatal')
 _TRUTH = {'true': True, '1': True, 'false': False, '0': False}
 
 
-ARGUMENTS: Final = {
+ARGUMENTS = {
     'image': ('image', 'Image topic of the forward camera.'),
     'camera_info': ('', 'Topic of its calibration. Empty: the one next to the image topic.'),
     'image_transport': ('raw', 'raw, or compressed for the images on IMAGE/compressed.'),

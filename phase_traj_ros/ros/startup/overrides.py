@@ -10,14 +10,13 @@ wrong value with a traceback, and ignores a wrong name.
 from collections.abc import Mapping
 from difflib import get_close_matches
 from types import MappingProxyType
-from typing import Final
 
 from phase_traj_ros.errors import ParameterError
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSPolicyKind
 
-PREFIX: Final = 'qos_overrides.'
+PREFIX = 'qos_overrides.'
 _WORDS = {
     'history': ('keep_last', 'keep_all', 'system_default'),
     'reliability': ('reliable', 'best_effort', 'system_default', 'best_available'),

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The named drives of the package."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

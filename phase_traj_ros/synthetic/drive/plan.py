@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A drive as a list of segments, and the smooth motion that follows them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise

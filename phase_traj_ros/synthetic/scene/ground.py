@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The ground: a painted map of the streets, multiplied by a fine grain."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sky and the hills below it, infinitely far away: they rotate, but never come nearer."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

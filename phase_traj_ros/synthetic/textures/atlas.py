@@ -7,8 +7,6 @@ Such a *ripmap* lets one ``cv2.remap`` draw every wall of a view without aliasin
 a grazing angle is reduced along its length only, a distant one in both directions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Random fronts of houses: plaster or brick, with windows, doors, bands and pipes."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """All textures and outlines of scenes, generated once per process."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum

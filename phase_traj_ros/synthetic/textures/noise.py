@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Noise with the spectrum of natural textures, the base of all surfaces."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

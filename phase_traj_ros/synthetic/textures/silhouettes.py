@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Outlines of objects in a street: houses are rectangular, trees and cars are not."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import auto, Enum
 

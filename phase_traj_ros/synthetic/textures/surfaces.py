@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Textures of all but the fronts of houses: leaves, roofs, garden walls, bark, cars."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from phase_traj_ros.synthetic.arrays import Singles

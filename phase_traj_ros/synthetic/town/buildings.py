@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Builds houses, trees and parked cars along streets from panels."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Areas without buildings: around the poses of a drive, and on the streets."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 import math
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Paints the map of the ground: grass, pavements, carriageways, markings, shadows."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import cv2

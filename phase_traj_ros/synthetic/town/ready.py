@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Complete scenes: a grid of streets, or a street along any route."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Centre lines of streets, from grids or along a route."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

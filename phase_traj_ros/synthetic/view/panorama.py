@@ -6,8 +6,6 @@ Fisheye images, level or tilted, composed of level pinhole views side by side.
 The views share the position of the camera, so each ray of the fisheye is a pixel of one of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache

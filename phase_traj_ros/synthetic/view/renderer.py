@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Renders a scene from a camera and its pose."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import cv2

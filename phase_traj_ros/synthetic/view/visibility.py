@@ -8,8 +8,6 @@ one position along the panel. In each column the strips are sorted by depth, and
 assigned to the nearest strip that covers it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import TypeVar
 

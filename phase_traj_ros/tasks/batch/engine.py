@@ -15,7 +15,6 @@ from contextlib import suppress
 from pathlib import Path
 import shutil
 import time
-from typing import Final
 from uuid import uuid4
 
 from phase_traj_ros.io.outputs.commit import uninterrupted, writing_to
@@ -23,7 +22,7 @@ from phase_traj_ros.io.outputs.outputs import remove_abandoned, STAGING
 from phase_traj_ros.tasks.batch.outcome import failure, Outcome, Progress, run_request, Status
 from phase_traj_ros.tasks.batch.request import ReplayRequest
 
-ATTEMPTS: Final = 2
+ATTEMPTS = 2
 """How often a replay is tried if its process dies."""
 
 _POLL_S = 0.1

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 import os
 from pathlib import Path
-from typing import Final
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.outputs.outputs import check_directory
@@ -19,7 +18,7 @@ from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.parameters import Parameters
 
-REPORT: Final = 'report.html'
+REPORT = 'report.html'
 
 _LONGEST_NAME = 80
 

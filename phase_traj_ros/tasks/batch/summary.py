@@ -6,7 +6,6 @@ from collections.abc import Sequence
 import csv
 from html import escape
 from pathlib import Path
-from typing import Final
 from urllib.parse import quote
 
 import numpy as np
@@ -16,14 +15,14 @@ from phase_traj_ros.io.results.report.page import Markup, table, write_page
 from phase_traj_ros.tasks.batch.outcome import Outcome, Status
 from phase_traj_ros.tasks.batch.request import REPORT
 
-CSV_NAME: Final = 'summary.csv'
-HTML_NAME: Final = 'summary.html'
-SUMMARY_NAMES: Final = (CSV_NAME, HTML_NAME)
+CSV_NAME = 'summary.csv'
+HTML_NAME = 'summary.html'
+SUMMARY_NAMES = (CSV_NAME, HTML_NAME)
 _FACTS = (
     'distance', 'distance_unit', 'distance_states',
     'missing_frames', 'dropped_frames', 'skipped_frames', 'repeated_frames', 'camera',
     'mount', 'warnings')
-COLUMNS: Final = (
+COLUMNS = (
     'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
     *_FACTS)
 

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import chain
 import math
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +17,11 @@ from phase_traj_ros.tasks.location.run import Located, LocatedPose, UNKNOWN
 Points = NDArray[np.float64]
 
 # Least width and height of a view in metres, and its margin as a share of the larger one.
-_LEAST_VIEW: Final = 300.0
-_MARGIN: Final = 0.12
+_LEAST_VIEW = 300.0
+_MARGIN = 0.12
 # Radius of a candidate with the probability 1, and the least radius, as shares of the view.
-_CERTAIN: Final = 0.05
-_SMALLEST: Final = 0.004
+_CERTAIN = 0.05
+_SMALLEST = 0.004
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes a located drive as CSV, GeoJSON, GPX, a report, and a key of chain_code.json."""
 
-from __future__ import annotations
-
 import csv
 from datetime import datetime, timedelta, timezone
 import json
 from pathlib import Path
 import re
-from typing import Any, Final
+from typing import Any
 from xml.sax.saxutils import escape
 
 from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimate
@@ -20,18 +18,18 @@ from phase_traj_ros.io.results.files import seconds_text
 from phase_traj_ros.tasks.location.report import write_location_report
 from phase_traj_ros.tasks.location.run import Located, LocatedPose
 
-LOCATION_COLUMNS: Final = (
+LOCATION_COLUMNS = (
     'stamp', 'latitude', 'longitude', 'heading_deg', 'probability', 'standard_deviation')
-CODES: Final = 'chain_code.json'
-REPORT: Final = 'location.html'
-LOCATION_FILES: Final = ('location.csv', 'track.geojson', 'track.gpx', REPORT)
+CODES = 'chain_code.json'
+REPORT = 'location.html'
+LOCATION_FILES = ('location.csv', 'track.geojson', 'track.gpx', REPORT)
 """Files in the output folder of a located drive."""
 
 # Largest number of candidates in chain_code.json.
-_MOST_CANDIDATES: Final = 5
+_MOST_CANDIDATES = 5
 # Stamps from 2001 on are times; smaller ones count from the start of a recording.
-_EPOCH_NS: Final = 10**18
-_NOT_IN_XML: Final = re.compile(r'[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]')
+_EPOCH_NS = 10**18
+_NOT_IN_XML = re.compile(r'[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]')
 
 
 def write_location(

@@ -6,19 +6,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import math
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 from phase_traj_ros.core import OdometryStep, PairStatus, Update
 
 # Bounds of an unobserved motion: speed in metres per second, yaw rate in radians per second.
-_FASTEST: Final = 25.0
-_TURNING: Final = 0.5
+_FASTEST = 25.0
+_TURNING = 0.5
 # A distance that is not measured is bridged by the last speed, with this relative deviation, and
 # at least this deviation in units of the odometry per second: a standing vehicle may pull off.
 # After so many seconds, a vehicle may have stopped or accelerated.
-_SPEED_ERROR: Final = 0.5
-_LEAST_SPEED_ERROR: Final = 2.0
-_SPEED_LASTS: Final = 5.0
+_SPEED_ERROR = 0.5
+_LEAST_SPEED_ERROR = 2.0
+_SPEED_LASTS = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class Interruption:
         return cls(max(_FASTEST * seconds, distance), min(max(_TURNING * seconds, turn), math.pi))
 
 
-ANYWHERE: Final = Interruption(math.inf, math.pi)
+ANYWHERE = Interruption(math.inf, math.pi)
 """An interruption of unknown duration, such as a cut in a video or a new drive."""
 
 Motion: TypeAlias = OdometryStep | Interruption

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads the odometry to locate: from a replay, its results, a trajectory, or equal links."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 import math
 from pathlib import Path
 import re
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,32 +21,32 @@ from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
 from phase_traj_ros.tasks.evaluation.replayed_drive import replay_files
 from phase_traj_ros.tasks.location.motion import Interruption, Motion, Motions, MovedPair
 
-IN_METRES: Final = ScaleRange(0.9, 1.1)
+IN_METRES = ScaleRange(0.9, 1.1)
 """Scale of an odometry in metres, with a standard deviation of 5 %."""
-IN_HEIGHTS: Final = ScaleRange(1.1, 2.2)
+IN_HEIGHTS = ScaleRange(1.1, 2.2)
 """Scale of an odometry in camera heights: the range of heights in cars, in metres."""
 
 # A drive whose headings differ by less than this fits on any straight road. Radians.
-_STRAIGHT: Final = math.radians(30.0)
+_STRAIGHT = math.radians(30.0)
 # A line that begins with a number, as a pose does.
-_NUMBER: Final = re.compile(rb'^[ \t]*[-+.]?[0-9]', re.MULTILINE)
+_NUMBER = re.compile(rb'^[ \t]*[-+.]?[0-9]', re.MULTILINE)
 # A line of equal links, bare or as ``ros2 topic echo`` prints it.
-_MESSAGE: Final = re.compile(r"""^[ \t]*(?:data:[ \t]*)?['"]?(step [^'"\r\n]*)""", re.MULTILINE)
-_UNITS: Final = (LengthUnit.METRE.value, LengthUnit.CAMERA_HEIGHT.value)
+_MESSAGE = re.compile(r"""^[ \t]*(?:data:[ \t]*)?['"]?(step [^'"\r\n]*)""", re.MULTILINE)
+_UNITS = (LengthUnit.METRE.value, LengthUnit.CAMERA_HEIGHT.value)
 # Longer links do not tell streets apart, and poses that are farther apart do not show a way.
-_LONGEST: Final = 100.0
+_LONGEST = 100.0
 # Poses that are farther apart than a vehicle drives, in metres per second, are not one way: the
 # second one has been corrected.
-_FASTEST_CAR: Final = 70.0
+_FASTEST_CAR = 70.0
 # More links would need too much memory.
-_MOST: Final = 200_000
+_MOST = 200_000
 # Noise of positions hides the direction of the motion between closer poses. Metres.
-_CLEARLY_APART: Final = 3.0
+_CLEARLY_APART = 3.0
 # A vehicle moves aside where its motion is more than this angle off its axis, in
 # radians. It rarely does: on at most this part of its way.
-_ASIDE: Final = math.radians(45.0)
-_RARELY: Final = 0.25
-_NO_DISTANCE: Final = (
+_ASIDE = math.radians(45.0)
+_RARELY = 0.25
+_NO_DISTANCE = (
     'has no distances to be located by: replay it with code_source auto or heading, and a camera'
     ' that sees the road')
 

@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the locator over the odometry of a drive, and records its estimates."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 import math
-from typing import Final
 
 from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimate
 from phase_traj_ros.core.localization.given import OdometryStep, Prior, ScaleRange
@@ -19,7 +16,7 @@ from phase_traj_ros.io.maps.road_file import RoadFile
 from phase_traj_ros.tasks.location.motion import Interruption, Motion
 from phase_traj_ros.tasks.location.odometry import DriveOdometry
 
-UNKNOWN: Final = LocationEstimate(
+UNKNOWN = LocationEstimate(
     0, claimed=False, x=math.nan, y=math.nan, heading=math.nan, probability=0.0,
     covariance=((math.inf, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0, math.inf)), scale=math.nan,
     scale_deviation=math.inf)
