@@ -107,6 +107,8 @@ class CameraRoll(SwayingAngle):
         turned = motion.yaw * (mounting.slope + math.tan(self.current) * sine) / cosine
         leaned = motion.roll - turned
         self._state[1] += leaned
+        # While the slope is not known, it may be a share of the turn that seems to be a lean.
+        self._covariance[1, 1] += motion.yaw ** 2 * mounting.slope_variance
         if certain:
             # Linearised by the roll. The yaw of a single pair is in part a shake of the camera,
             # which tells nothing of the roll.

@@ -70,7 +70,8 @@ class Mounting:
         self.forget_azimuth()
         self.slope = -math.tan(horizon.pitch)
         """Slope, positive down: that of the horizon in the image."""
-        self._slope_variance = horizon.pitch_deviation ** 2
+        self.slope_variance = horizon.pitch_deviation ** 2
+        """Variance of the slope."""
 
     def forget_azimuth(self) -> None:
         """Forget the azimuth; the slope is kept."""
@@ -97,7 +98,7 @@ class Mounting:
         """Return the direction of travel straight ahead."""
         return FocusOfExpansion(
             self.angle, self.slope, TUNING.course_deviation ** 2 + self._variance,
-            TUNING.slope_deviation ** 2 + self._slope_variance)
+            TUNING.slope_deviation ** 2 + self.slope_variance)
 
     def add(self, travel: FocusOfExpansion, interval: float, yaw_rate: float) -> None:
         """
@@ -108,15 +109,15 @@ class Mounting:
         """
         drift = mounting_drift(interval)
         self._variance += drift
-        self._slope_variance += drift
+        self.slope_variance += drift
         if abs(yaw_rate) > TUNING.straight_yaw_rate:
             return
         pairs = max(TUNING.course_time_s / interval, 1.0)
         self.angle, self._variance = _filtered(
             self.angle, self._variance, travel.course,
             (TUNING.course_deviation ** 2 + travel.course_variance) * pairs)
-        self.slope, self._slope_variance = _filtered(
-            self.slope, self._slope_variance, travel.slope,
+        self.slope, self.slope_variance = _filtered(
+            self.slope, self.slope_variance, travel.slope,
             (TUNING.slope_deviation ** 2 + travel.slope_variance) * pairs)
 
 

@@ -77,6 +77,21 @@ def leaning(seconds, *, pitch_deg=0.0, azimuth_deg=0.0, side=1, interval=0.05):
     return estimate, roll, found - heading
 
 
+@pytest.mark.parametrize('pitch_deg', [-8.0, 5.0, 12.0])
+@pytest.mark.parametrize('yaw_rate', [0.3, 0.5, 2.0])
+def test_a_long_turn_of_a_camera_with_an_unknown_pitch_is_no_lean(pitch_deg, yaw_rate):
+    # Three turns of a car park: no straight has shown the pitch.
+    pitch, interval, turned, truth = math.radians(pitch_deg), 0.1, 0.0, 6 * math.pi
+    estimate, mounting = CameraRoll(Horizon()), Mounting()
+    for _ in range(round(truth / yaw_rate / interval)):
+        yaw = yaw_rate * interval * math.cos(pitch)
+        estimate.predict(interval)
+        estimate.add(moved(yaw, 0.0, -yaw * math.tan(pitch)), interval, mounting)
+        turned += yaw / math.cos(estimate.current)
+        assert abs(math.degrees(estimate.current)) < 20.0
+    assert turned == pytest.approx(truth, rel=0.03)
+
+
 @pytest.mark.parametrize('rate_hz', [5, 60])
 @pytest.mark.parametrize('yaw_rate', [RATE, -RATE])
 def test_a_bend_tells_the_roll_of_the_mounting_at_any_rate(rate_hz, yaw_rate):
