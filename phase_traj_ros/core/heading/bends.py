@@ -6,8 +6,9 @@ Detects the bends of the path to one side.
 A bend is a part of the path in which the heading changes steadily to one side. It is found with a
 cumulative sum (Page, "Continuous inspection schemes", 1954) of the change of the heading minus
 that of the gentlest bend. A bend starts at the minimum of this sum and ends at its maximum. A
-straight, or a bend to the other side, that is longer than a dip ends it. A dip is shorter than the
-distance in which the bend itself turns by 10 degrees.
+straight, or a bend to the other side, that is longer than a dip ends it, and so does a turn to the
+other side, however short. A dip is shorter than the distance in which the bend itself turns by 10
+degrees.
 """
 
 from collections import deque
@@ -153,10 +154,12 @@ class BendDetector:
         return self._sign * point.heading - TUNING.min_bend_rate_deg * point.distance
 
     def _has_ended(self, point: PathPoint) -> bool:
-        """Return whether the distance from the end of the bend to a point is more than a dip."""
+        """Return whether the path from the end of the bend to a point ends it."""
         bend = self.bend
         if bend is None:
             return False
+        if self._sign * (bend.end.heading - point.heading) >= self._least_turn:
+            return True
         dip = TUNING.dip_deg * (bend.end.distance - bend.first.distance) / abs(bend.angle)
         dip = min(max(dip, TUNING.min_dip), TUNING.max_dip)
         return point.distance - self._turned_at > dip

@@ -164,6 +164,21 @@ def test_a_turn_on_the_spot_is_one():
     assert [turn.angle_deg for turn in turns] == pytest.approx([90.0])
 
 
+@pytest.mark.parametrize('side', [1, -1])
+def test_turns_to_both_sides_on_the_spot_are_three(side):
+    yaws = [side * yaw for yaw in [-6.0] * 60 + [6.0] * 15 + [-6.0] * 60]
+    headings = np.radians(np.cumsum([0.0, *yaws])).tolist()
+    detector, turns, quarters = TurnDetector(), [], []
+    for frame, heading in enumerate(headings):
+        turns += detector.update(frame * PERIOD_NS, heading, 0.0)
+        quarters += detector.quarters
+    turns += detector.finish()
+    assert [turn.angle_deg for turn in turns] == pytest.approx(
+        [-360.0 * side, 90.0 * side, -360.0 * side])
+    assert all(one.end_frame <= other.start_frame for one, other in pairwise(turns))
+    assert sum(quarters) == -7 * side
+
+
 @pytest.mark.parametrize(('plan', 'aside'), [
     (CORNER, 0.0), ([(0, 20), (50, 10), (0, 50)], 50.0),
     # Two bends of 50 degrees, each too small for a turn, make more than a right angle.
