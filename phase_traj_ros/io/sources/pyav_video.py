@@ -33,6 +33,8 @@ _WITH_LUMA = frozenset({
     'yuv444p', 'yuvj411p', 'yuvj420p', 'yuvj422p', 'yuvj440p', 'yuvj444p'})
 # Containers whose packets have no times of presentation; FFmpeg derives them from the order.
 _WITHOUT_TIMES = frozenset({'asf', 'avi'})
+# MP4 and its relatives, as FFmpeg names them.
+_MP4 = 'mov,mp4,m4a,3gp,3g2,mj2'
 
 
 def has_pyav() -> bool:
@@ -84,8 +86,12 @@ class PyavSource(VideoFile):
             self._origin = first.pts or 0
             self._time_base = stream.time_base
             self._end = _end(stream)
+            rate, frames = float(stream.average_rate or 0), stream.frames
+            if rate and stream.duration and container.format.name == _MP4:
+                # The edit list of a trimmed video hides frames.
+                frames = min(frames, round(float(stream.duration * stream.time_base) * rate))
             return VideoFacts(
-                float(stream.average_rate or 0), stream.frames, (container.duration or 0) / 1e6,
+                rate, frames, (container.duration or 0) / 1e6,
                 float(stream.sample_aspect_ratio or 1))
 
     def _candidates(self) -> Generator[Candidate, None, None]:

@@ -274,6 +274,23 @@ def test_a_whole_file_misses_nothing(write, name, times):
         assert source.frames.missing == 0
 
 
+def test_what_a_trimmed_video_hides_is_not_missing(write, tmp_path):
+    whole, path = write('whole.mp4', evenly(40)), tmp_path / 'trimmed.mp4'
+    with av.open(str(whole)) as source, av.open(
+            str(path), 'w', options={'avoid_negative_ts': 'disabled'}) as container:
+        stream = container.add_stream_from_template(source.streams.video[0])
+        for packet in [each for each in source.demux() if each.size]:
+            for name in ('pts', 'dts'):
+                setattr(packet, name, getattr(packet, name) - round(1.5 / packet.time_base))
+            packet.stream = stream
+            container.mux(packet)
+    with av.open(str(path)) as trimmed:
+        assert trimmed.streams.video[0].frames == 40
+    with PyavSource(path) as source:
+        assert len(list(source.entries())) == source.frames.declared == 25
+        assert source.frames.problem is None
+
+
 @pytest.mark.parametrize('reader', [PyavSource, VideoSource])
 def test_an_mp4_without_its_index_is_cut_off(write, reader):
     path = write('a.mp4', evenly(40))
