@@ -14,7 +14,7 @@ from phase_traj_ros.core.camera.lens import Lens
 
 
 class ColumnCalibration(SelfCalibration):
-    """Learns the column of a given lens, and whether the turns contradict its focal length."""
+    """Learns the column of a given lens, and whether the turns contradict it."""
 
     def __init__(self, given: Lens) -> None:
         """Start with a lens that has a focal length."""
@@ -42,7 +42,7 @@ class ColumnCalibration(SelfCalibration):
 
     @property
     def contradicted(self) -> bool:
-        """Return whether the turns contradict the focal length that was given."""
+        """Return whether the turns contradict the lens that was given."""
         return self._column is not None and self._column.contradicted
 
     def _fits(self, tracks: TurnTracks) -> Iterator[TurnFit | None]:

@@ -25,9 +25,10 @@ class ColumnFilter:
         self._covariance = np.diag(np.square([
             TUNING.given_focal_deviation, TUNING.given_straightness_deviation,
             TUNING.given_column_deviation * width]))
-        self._log_focal = math.log(focal_px)
-        # By how many standard deviations the focal lengths of the fits that judge it are off.
-        self._off: list[float] = []
+        self._given = self._lens[:2]
+        # By how many standard deviations the focal length and the straightness of the fits that
+        # judge them are off.
+        self._off: list[tuple[float, ...]] = []
 
     @property
     def column(self) -> float:
@@ -42,23 +43,27 @@ class ColumnFilter:
     @property
     def contradicted(self) -> bool:
         """
-        Return whether the turns contradict the focal length that was given.
+        Return whether the turns contradict the focal length or the straightness that was given.
 
         The fits of a drive share errors, so their mean is less certain than it seems: half of them
         have to contradict it, each by itself.
         """
-        return abs(median(self._off or [0.0])) > TUNING.contradiction_deviations
+        return any(abs(median(off)) > TUNING.contradiction_deviations for off in zip(*self._off))
 
     def add(self, fit: TurnFit, *, judges: bool = True) -> None:
         """
         Add the lens of a part of a turn.
 
-        ``judges`` is whether its focal length counts: in a gentle bend, it is mostly too short.
+        ``judges`` is whether it judges the given lens: in a gentle bend, the focal length is
+        mostly too short.
         """
         noise = TUNING.deviation_factor ** 2 * max(fit.cost, 1.0) * fit.covariance
         if judges:
-            self._off.append((fit.log_focal - self._log_focal) / math.hypot(
-                TUNING.given_focal_deviation, TUNING.focal_error, math.sqrt(noise[0, 0])))
+            own = np.square([
+                [TUNING.given_focal_deviation, TUNING.given_straightness_deviation],
+                [TUNING.focal_error, TUNING.straightness_error]]).sum(axis=0)
+            off = np.array([fit.log_focal, fit.straightness]) - self._given
+            self._off.append(tuple((off / np.sqrt(own + np.diag(noise)[:2])).tolist()))
         errors = (0.0, 0.0, TUNING.given_column_error * self._width)
         noise = noise + np.diag(np.square(errors))
         innovation = np.array([fit.log_focal, fit.straightness, fit.column]) - self._lens

@@ -68,7 +68,7 @@ class SelfCalibration(ABC):
 
     @property
     def contradicted(self) -> bool:
-        """Return whether the turns contradict the focal length that was given."""
+        """Return whether the turns contradict the lens that was given."""
         return False
 
     def use_mask(self, mask: NDArray[np.uint8] | None) -> None:

@@ -205,7 +205,7 @@ class CalibrationTuning:
     """...until the column is known to this deviation, in widths."""
     contradiction_deviations: float = 2.0
     """Half of the fits have to be off by more standard deviations than this to contradict a given
-    focal length, ..."""
+    lens (fisheyes that were given as pinholes were off by 12 to 18), ..."""
     judging_yaw_rate: float = math.radians(7.0)
     """...of turns with a faster mean yaw rate than this, as seen with the given lens. Of 377
     drives with the right one, none contradicted it; with slower bends, whose fits were 34 to 65 %

@@ -77,7 +77,7 @@ class YawCamera:
 
     @property
     def contradicted(self) -> bool:
-        """Return whether the turns contradict a focal length that was given."""
+        """Return whether the turns contradict a lens that was given."""
         return self._learning is not None and self._learning.contradicted
 
     @property

@@ -43,8 +43,8 @@ _SENTENCES = {
     Reason.MANY_CUTS: 'The video is cut into scenes that are too short to show a turn.',
     Reason.CAMERA_NOT_KNOWN: 'The focal length is not known well enough, or not from the start:'
                              ' give hfov_deg or a calibration.',
-    Reason.CAMERA_CONTRADICTED: 'The turns contradict the given focal length: correct hfov_deg or'
-                                ' focal_px, or leave it out to learn it from the turns.',
+    Reason.CAMERA_CONTRADICTED: 'The turns contradict the given lens: correct hfov_deg, focal_px'
+                                ' or lens_straightness, or leave them out to learn the lens.',
     Reason.NOT_COMPARED: 'Most frames cannot be compared with the one before: they are further'
                          ' apart than max_gap, or they differ in size or encoding.',
     Reason.FROZEN: 'The camera repeats one image, or one stamp, for more than a second.',

@@ -69,6 +69,15 @@ def test_gentle_bends_do_not_contradict_a_focal_length():
     assert found.contradicted
 
 
+@pytest.mark.parametrize(('straightness', 'contradicted'), [
+    (1.1, False), (0.9, False), (0.3, True), (-0.15, True)])
+def test_turns_contradict_a_fisheye_that_is_given_as_a_pinhole(straightness, contradicted):
+    """The focal length in the middle of the image is right."""
+    found = ColumnFilter(FOCAL, 1.0, WIDTH)
+    found.add(fit(0.0, straightness=straightness))
+    assert found.contradicted is contradicted
+
+
 def test_a_worse_fit_counts_less():
     good, bad = (ColumnFilter(FOCAL, 1.0, WIDTH) for _ in range(2))
     good.add(fit(10.0))
