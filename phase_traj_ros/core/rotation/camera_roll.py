@@ -107,8 +107,10 @@ class CameraRoll(SwayingAngle):
         turned = motion.yaw * (mounting.slope + math.tan(self.current) * sine) / cosine
         leaned = motion.roll - turned
         self._state[1] += leaned
-        # While the slope is not known, it may be a share of the turn that seems to be a lean.
-        self._covariance[1, 1] += motion.yaw ** 2 * mounting.slope_variance
+        # While the slope is not known, a share of the turn may seem to be a lean. The shaking of
+        # the camera does not: it goes back.
+        self._covariance[1, 1] += (
+            self.yaw_rate ** 2 * interval * TUNING.slope_error_s * mounting.slope_variance)
         if certain:
             # Linearised by the roll. The yaw of a single pair is in part a shake of the camera,
             # which tells nothing of the roll.

@@ -118,6 +118,9 @@ class YawTuning:
     course_deviations: float = 2.0
     """Standard deviations of course and sideslip within which the course of blocks that hardly
     agree has to be."""
+    slope_error_s: float = 0.1
+    """Time in seconds in which the error of an unknown slope turns into an independent lean. With
+    0.3, an unknown slope shows less in the roll, and the shaking of a car more."""
     yaw_rate_s: float = 0.25
     """Time constant of the mean of the yaw rate: a camera that shakes does not turn."""
     straight_yaw_rate: float = math.radians(3.0)

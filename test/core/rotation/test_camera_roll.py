@@ -79,9 +79,10 @@ def leaning(seconds, *, pitch_deg=0.0, azimuth_deg=0.0, side=1, interval=0.05):
 
 @pytest.mark.parametrize('pitch_deg', [-8.0, 5.0, 12.0])
 @pytest.mark.parametrize('yaw_rate', [0.3, 0.5, 2.0])
-def test_a_long_turn_of_a_camera_with_an_unknown_pitch_is_no_lean(pitch_deg, yaw_rate):
+@pytest.mark.parametrize('rate_hz', [5, 10, 60])
+def test_a_long_turn_of_a_camera_with_an_unknown_pitch_is_no_lean(pitch_deg, yaw_rate, rate_hz):
     # Three turns of a car park: no straight has shown the pitch.
-    pitch, interval, turned, truth = math.radians(pitch_deg), 0.1, 0.0, 6 * math.pi
+    pitch, interval, turned, truth = math.radians(pitch_deg), 1 / rate_hz, 0.0, 6 * math.pi
     estimate, mounting = CameraRoll(Horizon()), Mounting()
     for _ in range(round(truth / yaw_rate / interval)):
         yaw = yaw_rate * interval * math.cos(pitch)
@@ -90,6 +91,18 @@ def test_a_long_turn_of_a_camera_with_an_unknown_pitch_is_no_lean(pitch_deg, yaw
         turned += yaw / math.cos(estimate.current)
         assert abs(math.degrees(estimate.current)) < 20.0
     assert turned == pytest.approx(truth, rel=0.03)
+
+
+@pytest.mark.parametrize('rate_hz', [10, 60])
+def test_the_shaking_of_a_camera_with_an_unknown_pitch_is_no_lean(rate_hz):
+    rng, estimate, interval = np.random.default_rng(2), CameraRoll(Horizon()), 1 / rate_hz
+    shakes = np.radians(rng.normal(0.0, (2.0, 1.0, 1.0), (20 * rate_hz, 3)))
+    rolls = []
+    for yaw, pitch, roll in np.diff(shakes, axis=0).tolist():
+        estimate.predict(interval)
+        estimate.add(moved(yaw + 0.3 * interval, pitch, roll), interval, Mounting())
+        rolls.append(math.degrees(estimate.current))
+    assert np.abs(rolls).max() < 10.0
 
 
 @pytest.mark.parametrize('rate_hz', [5, 60])
