@@ -26,6 +26,10 @@ class ColumnFilter:
             TUNING.given_focal_deviation, TUNING.given_straightness_deviation,
             TUNING.given_column_deviation * width]))
         self._given = self._lens[:2]
+        # The least error of the straightness is as large, at the edge of the image, as that of
+        # the focal length; a straightness of k moves points there by k theta^2 / 3.
+        self._least = TUNING.focal_error, max(
+            TUNING.straightness_error, TUNING.focal_error * 3.0 / (width / 2 / focal_px) ** 2)
         # By how many standard deviations the focal length and the straightness of the fits that
         # judge them are off.
         self._off: list[tuple[float, ...]] = []
@@ -60,8 +64,8 @@ class ColumnFilter:
         noise = TUNING.deviation_factor ** 2 * max(fit.cost, 1.0) * fit.covariance
         if judges:
             own = np.square([
-                [TUNING.given_focal_deviation, TUNING.given_straightness_deviation],
-                [TUNING.focal_error, TUNING.straightness_error]]).sum(axis=0)
+                (TUNING.given_focal_deviation, TUNING.given_straightness_deviation),
+                self._least]).sum(axis=0)
             off = np.array([fit.log_focal, fit.straightness]) - self._given
             self._off.append(tuple((off / np.sqrt(own + np.diag(noise)[:2])).tolist()))
         errors = (0.0, 0.0, TUNING.given_column_error * self._width)

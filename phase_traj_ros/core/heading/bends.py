@@ -158,7 +158,8 @@ class BendDetector:
         bend = self.bend
         if bend is None:
             return False
-        if self._sign * (bend.end.heading - point.heading) >= self._least_turn:
+        if self._sign * (bend.end.heading - point.heading) >= max(
+                self._least_turn, TUNING.turn_deg):
             return True
         dip = TUNING.dip_deg * (bend.end.distance - bend.first.distance) / abs(bend.angle)
         dip = min(max(dip, TUNING.min_dip), TUNING.max_dip)

@@ -78,6 +78,12 @@ def test_turns_contradict_a_fisheye_that_is_given_as_a_pinhole(straightness, con
     assert found.contradicted is contradicted
 
 
+def test_a_narrow_image_hardly_shows_the_straightness():
+    found = ColumnFilter(1000.0, 1.0, WIDTH)
+    found.add(replace(fit(0.0, focal_px=1000.0, straightness=0.3), covariance=COVARIANCE / 1e3))
+    assert not found.contradicted
+
+
 def test_a_worse_fit_counts_less():
     good, bad = (ColumnFilter(FOCAL, 1.0, WIDTH) for _ in range(2))
     good.add(fit(10.0))
