@@ -25,11 +25,14 @@ class ColumnFilter:
         self._covariance = np.diag(np.square([
             TUNING.given_focal_deviation, TUNING.given_straightness_deviation,
             TUNING.given_column_deviation * width]))
+        # The given focal length and straightness, and the variances with which a fit, whatever
+        # its noise, may differ from them. The least error of the straightness is as large, at the
+        # edge of the image, as that of the focal length; a straightness of k moves points there
+        # by k theta^2 / 3.
         self._given = self._lens[:2]
-        # The least error of the straightness is as large, at the edge of the image, as that of
-        # the focal length; a straightness of k moves points there by k theta^2 / 3.
-        self._least = TUNING.focal_error, max(
+        least = TUNING.focal_error, max(
             TUNING.straightness_error, TUNING.focal_error * 3.0 / (width / 2 / focal_px) ** 2)
+        self._given_variance = np.diag(self._covariance)[:2] + np.square(least)
         # By how many standard deviations the focal length and the straightness of the fits that
         # judge them are off.
         self._off: list[tuple[float, ...]] = []
@@ -63,11 +66,9 @@ class ColumnFilter:
         """
         noise = TUNING.deviation_factor ** 2 * max(fit.cost, 1.0) * fit.covariance
         if judges:
-            own = np.square([
-                (TUNING.given_focal_deviation, TUNING.given_straightness_deviation),
-                self._least]).sum(axis=0)
-            off = np.array([fit.log_focal, fit.straightness]) - self._given
-            self._off.append(tuple((off / np.sqrt(own + np.diag(noise)[:2])).tolist()))
+            apart = np.array([fit.log_focal, fit.straightness]) - self._given
+            deviations = np.sqrt(self._given_variance + np.diag(noise)[:2])
+            self._off.append(tuple((apart / deviations).tolist()))
         errors = (0.0, 0.0, TUNING.given_column_error * self._width)
         noise = noise + np.diag(np.square(errors))
         innovation = np.array([fit.log_focal, fit.straightness, fit.column]) - self._lens

@@ -158,6 +158,7 @@ class BendDetector:
         bend = self.bend
         if bend is None:
             return False
+        # However small the least turn is, a wrong pair of frames does not end one.
         if self._sign * (bend.end.heading - point.heading) >= max(
                 self._least_turn, TUNING.turn_deg):
             return True
