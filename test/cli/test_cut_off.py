@@ -13,7 +13,9 @@ import pytest
 from rolled import rolled_frames, write_rolled
 
 # How many can be read is up to the decoder.
-CUT_OFF = r'14 frames are declared, but only \d+ could be read: the recording is cut off'
+CUT_OFF = (
+    r'14 frames are declared, but only \d+ could be read: the recording is cut off or damaged,'
+    ' or a trimmed video')
 GIVEN = ('-p', 'focal_px:=300.0', '-p', 'speed:=5.0', '-p', 'code_source:=shift')
 
 
@@ -33,7 +35,7 @@ def cut_off(tmp_path):
 def test_replay_and_its_report(cut_off, tmp_path, capsys):
     out = tmp_path / 'out'
     assert main(['replay', str(cut_off), '--output', str(out), '--report', *GIVEN]) == 0
-    assert re.search(f'^warning: {CUT_OFF} or damaged$', capsys.readouterr().err, re.MULTILINE)
+    assert re.search(f'^warning: {CUT_OFF}$', capsys.readouterr().err, re.MULTILINE)
     page = (out / 'report.html').read_text()
     assert re.search(CUT_OFF, page) and 'No reason to doubt' not in page
 
@@ -50,9 +52,9 @@ def test_several_recordings(cut_off, tmp_path):
 def test_locate(cut_off, tmp_path, capsys):
     town = write_town(tmp_path / 'town.osm')
     assert main(['locate', str(cut_off), '--map', str(town), *GIVEN]) == 1
-    assert re.search(f'^warning: {CUT_OFF} or damaged$', capsys.readouterr().err, re.MULTILINE)
+    assert re.search(f'^warning: {CUT_OFF}$', capsys.readouterr().err, re.MULTILINE)
 
 
 def test_calibrate(cut_off, capsys):
     assert main(['calibrate', str(cut_off)]) == 1
-    assert re.fullmatch(f'warning: .*drive.avi: {CUT_OFF} or damaged\n', capsys.readouterr().err)
+    assert re.fullmatch(f'warning: .*drive.avi: {CUT_OFF}\n', capsys.readouterr().err)

@@ -72,8 +72,8 @@ class BendDetector:
         """
         self._sign = sign
         self._least_turn = least_turn
-        # The newest bends that have ended, each with its counted quarters.
-        self._ended: deque[tuple[Bend, int]] = deque(maxlen=TUNING.kept_bends)
+        # The newest bends that have ended, each with its counted quarters and its largest angle.
+        self._ended: deque[tuple[Bend, int, float]] = deque(maxlen=TUNING.kept_bends)
         self._quarters: list[tuple[int, int]] = []
         self._begin(None)
 
@@ -125,18 +125,19 @@ class BendDetector:
         """End the bend in progress; return it."""
         bend = self.bend
         if bend is not None and abs(bend.angle) >= TUNING.swerve_deg:
-            self._ended.append((bend, self._counted))
+            self._ended.append((bend, self._counted, abs(bend.angle)))
         self._begin(None)
         return bend
 
     def scale(self, factor: float) -> list[Bend]:
         """Multiply all headings so far by a factor; return the ended bends that become turns."""
         late = []
-        for number, (before, counted) in enumerate(self._ended):
+        for number, (before, counted, widest) in enumerate(self._ended):
             after = before.scaled(factor)
-            if abs(before.angle) < self._least_turn <= abs(after.angle):
+            if widest < self._least_turn <= abs(after.angle):
                 late.append(after)
-            self._ended[number] = after, self._count(after, counted)
+            self._ended[number] = (
+                after, self._count(after, counted), max(widest, abs(after.angle)))
         self._first = None if self._first is None else self._first.scaled(factor)
         self._end = None if self._end is None else self._end.scaled(factor)
         self._peak *= factor

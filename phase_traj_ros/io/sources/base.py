@@ -83,7 +83,7 @@ class SourceFrames:
         if not self.missing:
             return None
         return (f'{self.declared} frames are declared, but only {self.read} could be read: the'
-                ' recording is cut off or damaged')
+                ' recording is cut off or damaged, or a trimmed video')
 
 
 @dataclass(frozen=True, slots=True)

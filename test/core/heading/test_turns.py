@@ -293,6 +293,19 @@ def test_bends_that_turn_out_to_have_been_turns_count_late_and_in_their_order():
     assert sorted(turn.angle_deg for turn in turns) == pytest.approx([-100, -90, 90])
 
 
+def test_a_bend_becomes_a_turn_only_once():
+    plan = [*STRAIGHT, *bend(90, 3), *[0.0] * 40]
+    detector, heading, turns = TurnDetector(), 0.0, []
+    detector.update(START_NS, 0.0)
+    for pair, yaw in enumerate(plan, 1):
+        if factor := {70: 0.5, 73: 2.0}.get(pair):
+            detector.scale(factor)
+            heading *= factor
+        heading += math.radians(yaw)
+        turns += detector.update(START_NS + pair * PERIOD_NS, heading)
+    assert [turn.angle_deg for turn in [*turns, *detector.finish()]] == pytest.approx([90])
+
+
 def test_a_scale_that_makes_turns_smaller_takes_nothing_back():
     plan = [*STRAIGHT, *bend(90, 3), *[0.0] * 30]
     quarters, turns = counted(plan, scale_at=60, factor=0.5)
