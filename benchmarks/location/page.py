@@ -70,9 +70,8 @@ _LARGE_TEXT = """
 _GPS_TEXT = """
     True poses with noise as above and a fix each second, with noise of 2, 5 or 10 m, which it
     states. *Aside* is a constant error to the north-east that it does not state: up to about 8 m,
-    the road is still that of the fixes. With 15 m nothing should be claimed; one drive claims a
-    place on a part of its way. The last rows have the same on maps without the roads that were
-    driven, or of a mirrored town.
+    the road is still that of the fixes. With 15 m nothing should be claimed. The last rows have
+    the same on maps without the roads that were driven, or of a mirrored town.
     """
 _CODES_TEXT = """
     From the bare code of equal links alone, as `locate` reads it: links of 10 m in eight

@@ -157,7 +157,7 @@ class RoadMeter:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured, turns=turns)
         for patch in view.patches:
-            patch.project(frame)
+            patch.add(frame)
         rest = self._rest(frame, interval, passes=passes, turns=turns)
         if rest is not None:
             return rest

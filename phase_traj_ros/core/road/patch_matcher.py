@@ -89,14 +89,14 @@ class PatchMatcher:
         # Mean of the newest patches of a moving road, and their number.
         self._pattern, self._patches = np.zeros(patch.shape, np.float32), 0
 
-    def project(self, frame: Frame) -> None:
-        """Make the patch of a frame (H, W) the newest one."""
+    def add(self, frame: Frame) -> None:
+        """Add a frame (H, W); its patches are projected once they are needed."""
         self._newest.append(cache(partial(self._patch, frame)))
 
     def restart(self, frame: Frame, roll: float = 0.0) -> None:
         """Make the patch of a frame (H, W), the first of a pair, the reference."""
         self._newest.clear()
-        self.project(frame)
+        self.add(frame)
         self.set_reference(roll)
 
     @property

@@ -26,7 +26,7 @@ def matcher(which=0, camera=PINHOLE, least_offset=1.0):
 def found(patch, before, after, slide, *, expected, roll=0.0, tilt=0.0):
     """Return the slide that a matcher finds near one."""
     patch.restart(before, roll)
-    patch.project(after)
+    patch.add(after)
     patch.compare(np.eye(3), expected)
     return patch.find(slide - 0.6, slide + 0.6, DRIVEN, tilt=tilt)
 
@@ -103,7 +103,7 @@ def test_an_unknown_slide_is_searched_as_far_as_without_an_offset(focal):
     rng = np.random.default_rng(0)
     patch.restart(rng.integers(0, 255, camera.shape).astype(np.uint8))
     for _ in range(2):
-        patch.project(rng.integers(0, 255, camera.shape).astype(np.uint8))
+        patch.add(rng.integers(0, 255, camera.shape).astype(np.uint8))
     begin, end = stretches(camera, LEVEL)[1]
     ways = np.arange(0.3, 0.68 * (end - begin), 0.1)
     assert np.isfinite(patch.scores_of_changes(ways, np.eye(3), tilt=0.0)).all()

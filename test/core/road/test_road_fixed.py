@@ -68,7 +68,7 @@ def test_what_changes_from_frame_to_frame_is_the_road(yaw):
     for number, picture in enumerate(pictures):
         scores = matcher.scores_of_changes(slides, np.eye(3), tilt=0.0)
         assert np.isnan(scores).all()
-        (matcher.project if number else matcher.restart)(picture)
+        (matcher.add if number else matcher.restart)(picture)
     matcher.compare(np.eye(3))
     assert matcher.is_rivalled(None)
     scores = matcher.scores_of_changes(slides, rotation(yaw, 0.0, 0.0), tilt=0.0)
@@ -99,9 +99,9 @@ def test_a_picture_that_stays_while_the_camera_nods_is_fixed_to_it(pitch):
     frame = Road(PINHOLE).seen(0.0)
     matcher = PatchMatcher(
         GroundPatch(PINHOLE, LEVEL, stretches(PINHOLE, LEVEL)[0]), least_offset=1.0)
-    matcher.project(frame)
+    matcher.add(frame)
     matcher.set_reference()
-    matcher.project(frame)
+    matcher.add(frame)
     matcher.compare(rotation(0.0, pitch, 0.0))
     found, other = (
         matcher.find(-1.0, 1.0, RoadKeyframe(0.1, nod=nodded, agreed=True), tilt=0.0)
@@ -129,11 +129,11 @@ def test_what_three_patches_share_is_taken_out(learned, shown):
     shine, *roads = rng.normal(size=(learned + 3, *Flat.shape)).astype(np.float32)
     matcher = PatchMatcher(Flat(), least_offset=1.0)
     for road in roads[2:]:
-        matcher.project(road + shine)
+        matcher.add(road + shine)
         matcher.learn()
-    matcher.project(roads[0] + shine)
+    matcher.add(roads[0] + shine)
     matcher.set_reference()
-    matcher.project(roads[1] + shine)
+    matcher.add(roads[1] + shine)
     matcher.compare(np.eye(3))
     assert matcher.is_rivalled(None) == shown
 
