@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Prints codes, turns and distances, and what speaks against them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 import sys
 from typing import Any
 
-from phase_traj_ros.core import CodeSeries, TravelState, Turn
+from phase_traj_ros.core import CodeSeries, Turn
 from phase_traj_ros.io.replay.run import Replay
 
 # What is printed of a long drive; chain_code.json has all of it.
@@ -40,7 +40,7 @@ def print_doubts(result: Replay) -> None:
         print('not reliable:', *(reason.sentence for reason in result.reliability.reasons))
     if result.threshold_hint is not None:
         print(f'hint: {result.threshold_hint.sentence}')
-    for warning in _warnings(result):
+    for warning in result.warnings:
         warn(warning)
 
 
@@ -80,22 +80,3 @@ def _print_series(name: str, series: CodeSeries[Any]) -> None:
     runs = [f'{int(run.code)}x{run.count}' for run in series.runs]
     more = ['...'] if len(runs) > _MOST_RUNS else []
     print(f'{name} ({len(series)}):', *runs[:_MOST_RUNS], *more)
-
-
-def _warnings(result: Replay) -> Iterator[str]:
-    """Yield what is wrong with the settings and the data."""
-    yield from result.parameters.notices
-    yield from result.problems
-    if result.counters.skipped:
-        yield f'frames skipped: {result.counters.skipped}; the first: {result.first_skipped}'
-    for count, what in (
-            (result.counters.repeated, 'frames with the stamp or the image of the previous one'),
-            (result.counters.dropped, 'frames dropped, as their stamps are out of order'),
-            (result.counters.time_resets, 'new starts of the codes, as the stamps jumped'),
-            (sum(update.cut for update in result.updates), 'cuts to a new scene'),
-            (result.counters.unmeasured, 'pairs that could not be measured'),
-            (result.counters.reprimed, 'changes of the size or the type of the frames'),
-            (0 if result.way.distance is None else result.way.states[TravelState.UNKNOWN],
-             'pairs of unknown distance, which are not counted')):
-        if count:
-            yield f'{what}: {count}'

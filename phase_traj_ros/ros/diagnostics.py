@@ -96,7 +96,9 @@ class Diagnostics:
             self._several = f'{len(names)} publishers: {", ".join(names)}'
         self._warn_once('publishers', self._several and (
             f'{topic} has {self._several}: pairs are wrong where their images alternate; give each'
-            ' camera its own topic'))
+            ' camera its own topic' + (
+                ' (or ignore this: a node that has crashed and was started again is listed twice'
+                ' for up to 20 s)' if len(set(names)) == 1 else '')))
 
     def _warn_once(self, about: str, text: str) -> None:
         """Log a warning, unless it was the last one about this; an empty text ends it."""

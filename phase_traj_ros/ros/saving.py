@@ -5,11 +5,12 @@
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import partial
 from itertools import count
 from pathlib import Path
 import tempfile
 
-from phase_traj_ros.errors import message_of, OutputError
+from phase_traj_ros.errors import ForeignFileError, message_of, OutputError
 from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.io.user_path import user_path
@@ -51,11 +52,19 @@ class Saving:
         self._writer = ThreadPoolExecutor(max_workers=1)
         entities.create_service(Trigger, '~/save', self._on_save)
 
-    def end_drive(self) -> None:
-        """Save the drive, if it has frames and files are written; call it before a reset."""
-        if self._parent is not None and (snapshot := self._take()).corners:
-            self._save(snapshot, self._parent, self._log)
+    def end_drive(self, result: Future | None = None) -> bool:
+        """
+        Save the drive, if it has frames and files are written; call it before a reset.
+
+        Return whether it is being saved. ``result`` then gets whether that worked, and where or
+        why not.
+        """
+        parent, snapshot = self._parent, None if self._parent is None else self._take()
+        saves = parent is not None and snapshot is not None and bool(snapshot.corners)
+        if parent is not None and snapshot is not None and saves:
+            self._save(snapshot, parent, result, elsewhere=True)
         self._folder = None
+        return saves
 
     def close(self) -> None:
         """Save the drive and return when everything is written."""
@@ -63,32 +72,38 @@ class Saving:
         self._writer.shutdown()
 
     def _save(
-        self, snapshot: Snapshot, parent: Path, on_done: Callable[[bool, str], None],
+        self, snapshot: Snapshot, parent: Path, result: Future | None, *, elsewhere: bool = False,
     ) -> None:
-        """Write a state, and pass on whether that worked, and where or why not."""
+        """
+        Write a state, and pass on whether that worked, and where or why not.
+
+        ``elsewhere`` is whether it goes to a new folder if someone has changed that of the drive.
+        """
+        done = partial(self._finished, result)
         try:
             self._folder = self._folder or new_folder(
                 parent, self._node.get_fully_qualified_name())
         except OutputError as error:
-            on_done(False, str(error))
+            done(False, str(error))
             return
-        self._writer.submit(_write, snapshot, self._folder, on_done)
+        self._writer.submit(_write, snapshot, self._folder, done, elsewhere=elsewhere)
 
-    def _log(self, success: bool, message: str) -> None:
+    def _finished(self, result: Future | None, success: bool, message: str) -> None:
         log = self._node.get_logger()
         if success:
             log.info(f'save: {message}')
         else:
             log.error(f'the drive is not saved: {message}')
+        if result is not None:
+            result.set_result((success, message))
 
     async def _on_save(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._parent is None:
             response.message = 'the parameter output_dir is not set: start the node with one'
             return response
-        done: Future = Future(executor=self._node.executor)
-        self._save(self._take(), self._parent, lambda *result: done.set_result(result))
-        response.success, response.message = await done
-        self._log(response.success, response.message)
+        result: Future = Future(executor=self._node.executor)
+        self._save(self._take(), self._parent, result)
+        response.success, response.message = await result
         return response
 
 
@@ -129,10 +144,18 @@ def new_folder(parent: Path, node: str) -> Path:
                 return folder
 
 
-def _write(snapshot: Snapshot, folder: Path, on_done: Callable[[bool, str], None]) -> None:
+def _write(
+    snapshot: Snapshot, folder: Path, done: Callable[[bool, str], None], *, elsewhere: bool,
+) -> None:
     try:
-        snapshot.write(folder)
+        try:
+            snapshot.write(folder)
+        except ForeignFileError:
+            if not elsewhere:
+                raise
+            folder = new_folder(folder.parent, folder.name.rpartition('_')[0])
+            snapshot.write(folder)
     except Exception as error:  # the caller waits for a response in any case
-        on_done(False, message_of(error))
+        done(False, message_of(error))
     else:
-        on_done(True, f'written to {folder}')
+        done(True, f'written to {folder}')

@@ -74,6 +74,13 @@ def test_without_a_turn_nothing_is_written(bag, tmp_path, capsys):
     assert not path.exists()
 
 
+def test_frames_that_cannot_be_used_are_said(tmp_path, capsys):
+    for name in ('0.tif', '1.tif'):
+        cv2.imwrite(str(tmp_path / name), np.zeros((96, 160), np.float32))
+    assert main(['calibrate', str(tmp_path)]) == 2
+    assert '0 frames to use, 2 skipped (frame 0: ' in capsys.readouterr().err
+
+
 @pytest.mark.parametrize('name', ['drive.mp4', 'camera', 'camera.txt'])
 def test_a_camera_is_written_to_a_parameter_file_only(tmp_path, capsys, name):
     path = tmp_path / name

@@ -57,6 +57,34 @@ def test_no_drive_is_lost_to_a_reset_or_an_exit(live, run, tmp_path):
     assert kept['phase_traj_2']['movement_runs'] == [[1, 2], [0, 1]]
 
 
+def test_a_drive_that_has_no_place_goes_elsewhere_or_is_said(live, run, tmp_path):
+    kept = tmp_path / 'kept'
+    node = run('-p', f'output_dir:={kept}')
+    send(node, rolled([0, 0, 30]), [0, 0.1, 0.2])
+    live.until(lambda: complete(node, 2))
+    assert live.call(Trigger, 'phase_traj/save', Trigger.Request()).success
+    changed = kept / 'phase_traj_1' / 'chain_code.json'
+    changed.write_text(changed.read_text() + '\n')
+    send(node, rolled([30, 0]), [0.3, 0.4])
+    live.until(lambda: complete(node, 4))
+    answer = live.call(Trigger, 'phase_traj/save', Trigger.Request())
+    assert not answer.success and 'was changed since' in answer.message
+    answer = live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+    assert answer.success
+    elsewhere = kept / 'phase_traj_2'
+    assert answer.message == f'restarted after 5 frames; written to {elsewhere}'
+    assert json.loads((elsewhere / 'chain_code.json').read_text())['frames'] == 5
+    assert json.loads(changed.read_text())['frames'] == 3
+    send(node, rolled([0, 0, 0]), [1, 1.1, 1.2])
+    live.until(lambda: complete(node, 6))
+    kept.rename(tmp_path / 'moved')
+    kept.write_text('')
+    answer = live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+    assert not answer.success
+    assert answer.message.startswith(
+        'restarted after 3 frames; the drive is not saved: cannot write')
+
+
 def test_nothing_is_written_where_nothing_came(live, tmp_path):
     process = live.start('-p', f'output_dir:={tmp_path / "kept"}')
     live.call(Trigger, 'phase_traj/reset', Trigger.Request())

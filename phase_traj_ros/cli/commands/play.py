@@ -136,10 +136,14 @@ def _camera_of(source: FrameSource, *, rectified: bool) -> CameraModel | None:
 
 def _frames(source: FrameSource, *, loop: bool) -> Iterator[StampedFrame]:
     while True:
+        usable = False
         for entry in source.entries():
             if isinstance(entry, UnreadableFrame):
                 warn(f'skipped frame {entry.number}: {entry.reason}')
             else:
+                usable = True
                 yield entry
+        if not usable:
+            raise SourceError(f'{source.description}: no frame can be used')
         if not loop:
             return

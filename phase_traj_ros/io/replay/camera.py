@@ -5,10 +5,10 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from phase_traj_ros.core import Lens
-from phase_traj_ros.errors import CalibrationError, PhaseTrajError
+from phase_traj_ros.core import Lens, Skipped
+from phase_traj_ros.errors import CalibrationError, PhaseTrajError, SourceError
 from phase_traj_ros.io.messages.mounting import Mounting
-from phase_traj_ros.io.replay.estimator import make_estimator, outcomes
+from phase_traj_ros.io.replay.estimator import described, make_estimator, outcomes, too_few
 from phase_traj_ros.io.sources.base import Entry, FrameSource, UnreadableFrame
 from phase_traj_ros.parameters import Parameters
 
@@ -67,7 +67,7 @@ def learned_lens(
     Raises
     ------
     SourceError
-        A frame cannot be used, and ``strict`` is set.
+        Fewer than two frames can be used, or, with ``strict``, not all.
 
     """
     # Only the road tells whether the vehicle stands, and traffic that crosses looks like a turn.
@@ -77,11 +77,17 @@ def learned_lens(
     heading = estimator.heading
     if heading is None or not estimator.settings.learns_lens:
         return None
-    for _ in outcomes(estimator, _thinned(frames), source=source, strict=strict):
+    first_skipped = ''
+    for outcome in outcomes(estimator, _thinned(frames), source=source, strict=strict):
+        if isinstance(outcome, Skipped):
+            first_skipped = first_skipped or described(outcome)
         # Not the camera in use, which stays while what is learned does not differ from it.
         so_far = heading.camera.learned
         if so_far is not None and so_far.turns >= _ENOUGH_TURNS:
             break
+    counters = estimator.counters
+    if estimator.frames < 2 and counters.skipped + counters.dropped + counters.repeated:
+        raise SourceError(f'{source}: {too_few(estimator, first_skipped)}')
     heading.finish()
     learned = heading.camera.learned
     return None if learned is None else Lens(estimate=learned)

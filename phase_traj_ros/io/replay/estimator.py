@@ -66,3 +66,15 @@ def described(skipped: Skipped[StampedFrame] | Skipped[UnreadableFrame]) -> str:
     """Return the number of a skipped frame, if it is known, and why it was skipped."""
     number = skipped.frame.number
     return skipped.reason if number is None else f'frame {number}: {skipped.reason}'
+
+
+def too_few(estimator: TrajectoryEstimator, first_skipped: str) -> str:
+    """Return why there is no trajectory."""
+    used, counters = estimator.frames, estimator.counters
+    unused = [
+        f'{count} {what}' for count, what in (
+            (counters.repeated, 'repeated'), (counters.dropped, 'with a stamp out of order'),
+            (counters.skipped, f'skipped ({first_skipped})')) if count]
+    return (
+        f'{used} frame{"" if used == 1 else "s"} to use{"".join(f", {each}" for each in unused)},'
+        ' but a trajectory needs at least two, with different stamps')

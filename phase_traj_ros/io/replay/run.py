@@ -21,6 +21,7 @@ from phase_traj_ros.core import (
     Skipped,
     Started,
     TrajectoryEstimator,
+    TravelState,
     Update,
     Way,
 )
@@ -31,7 +32,7 @@ from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.errors import ParameterError, SourceError
 from phase_traj_ros.io.messages.mounting import Mounting
-from phase_traj_ros.io.replay.estimator import described, make_estimator, outcomes
+from phase_traj_ros.io.replay.estimator import described, make_estimator, outcomes, too_few
 from phase_traj_ros.io.replay.kept_updates import KeptUpdates
 from phase_traj_ros.io.sources.base import Entry, SourceFrames, Speed, StampedFrame
 from phase_traj_ros.parameters import Parameters
@@ -88,6 +89,24 @@ class Replay:
             f'the calibration is not used: {self.unused_calibration}')
         return tuple(
             each for each in (self.source_frames.problem, unused, *self.mounting.doubts) if each)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Return what is wrong with the settings and the data, likewise."""
+        skipped, counters = self.counters.skipped, self.counters
+        counted = (
+            (counters.repeated, 'frames with the stamp or the image of the previous one'),
+            (counters.dropped, 'frames dropped, as their stamps are out of order'),
+            (counters.time_resets, 'new starts of the codes, as the stamps jumped'),
+            (sum(update.cut for update in self.updates), 'cuts to a new scene'),
+            (counters.unmeasured, 'pairs that could not be measured'),
+            (counters.reprimed, 'changes of the size or the type of the frames'),
+            (0 if self.way.distance is None else self.way.states[TravelState.UNKNOWN],
+             'pairs of unknown distance, which are not counted'))
+        return (
+            *self.parameters.notices, *self.problems,
+            *([f'frames skipped: {skipped}; the first: {self.first_skipped}'] if skipped else []),
+            *(f'{what}: {count}' for count, what in counted if count))
 
     @property
     def path_unit(self) -> LengthUnit:
@@ -184,7 +203,7 @@ def replay(
             case Skipped():
                 first_skipped = first_skipped or described(outcome)
     if not updates:
-        raise SourceError(f'{source}: {_too_few(estimator, first_skipped)}')
+        raise SourceError(f'{source}: {too_few(estimator, first_skipped)}')
     heading = estimator.heading
     under_way = [] if heading is None else heading.finish()
     found = Replay(
@@ -199,15 +218,3 @@ def replay(
     camera = heading.camera
     return replace(
         found, field_of_view=camera.field_of_view, camera=camera.in_use, learned=camera.learned)
-
-
-def _too_few(estimator: TrajectoryEstimator, first_skipped: str) -> str:
-    """Return why there is no trajectory."""
-    used, counters = estimator.frames, estimator.counters
-    unused = [
-        f'{count} {what}' for count, what in (
-            (counters.repeated, 'repeated'), (counters.dropped, 'with a stamp out of order'),
-            (counters.skipped, f'skipped ({first_skipped})')) if count]
-    return (
-        f'{used} frame{"" if used == 1 else "s"} to use{"".join(f", {each}" for each in unused)},'
-        ' but a trajectory needs at least two, with different stamps')

@@ -10,7 +10,6 @@ standard ROS definitions of these types. So a bag opens whatever other types it 
 from collections import Counter
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from itertools import chain, islice
@@ -35,6 +34,7 @@ from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
 from phase_traj_ros.io.messages.static_frames import STATIC_TOPIC, StaticFrames, TF_TYPE
 from phase_traj_ros.io.sources import rosbag2_reader
 from phase_traj_ros.io.sources.base import Candidate, FrameSource, Speed
+from phase_traj_ros.io.sources.rosbag2_reader import Connection
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 from phase_traj_ros.topics import camera_info_topic
 
@@ -42,19 +42,6 @@ IMAGE_TYPES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
 _MAX_LISTED_TOPICS = 20
 _MAX_REASON = 200
-
-
-@dataclass(frozen=True, slots=True)
-class _Topic:
-    """A topic of a bag."""
-
-    name: str
-    msgtype: str
-    count: int
-
-    def __str__(self) -> str:
-        plural = '' if self.count == 1 else 's'
-        return f'{self.name} ({self.msgtype}, {self.count} message{plural})'
 
 
 class BagSource(FrameSource):
@@ -83,11 +70,11 @@ class BagSource(FrameSource):
         with self._errors_explained(), self._reader(path) as reader:
             self._topics = _topics_of(reader.connections)
         self._topic = _choose_topic(path, self._topics, topic)
-        declared = self._topic.count or None
+        declared = self._topic.msgcount or None
         # The stamps, and so what is selected by time, are known after reading only.
         selects_by_time = selection.start or selection.duration is not None
         super().__init__(
-            description=f'{path} (ROS {self._ros} bag, topic {self._topic.name})',
+            description=f'{path} (ROS {self._ros} bag, topic {self._topic.topic})',
             selection=selection, declared=declared,
             frame_count=None if declared is None or selects_by_time
             else len(range(0, declared, selection.every)))
@@ -99,7 +86,7 @@ class BagSource(FrameSource):
         None if there is no such message. Raises SourceError if a message cannot be read, and
         CalibrationError if none is valid.
         """
-        topic = camera_info_topic(self._topic.name)
+        topic = camera_info_topic(self._topic.topic)
         unusable: CalibrationError | None = None
         with closing(self._messages_of(topic, [CAMERA_INFO_TYPE])) as messages:
             for message, _ in messages:
@@ -117,13 +104,13 @@ class BagSource(FrameSource):
 
         Raises SourceError if a message cannot be read.
         """
-        if all(each.name != STATIC_TOPIC for each in self._topics):
+        if all(each.topic != STATIC_TOPIC for each in self._topics):
             return None
         frames = StaticFrames()
         with closing(self._messages_of(STATIC_TOPIC, [TF_TYPE])) as messages:
             for message, _ in messages:
                 frames.add(message)
-        with closing(self._messages_of(self._topic.name, IMAGE_TYPES)) as images:
+        with closing(self._messages_of(self._topic.topic, IMAGE_TYPES)) as images:
             first = next(images, None)
         return first and frames.mount(base_frame, first[0].header.frame_id)
 
@@ -136,7 +123,7 @@ class BagSource(FrameSource):
         """
         name = topic if topic.startswith('/') else f'/{topic}'
         there = [each for each in self._topics if each.msgtype in SPEED_OF]
-        msgtype = next((each.msgtype for each in there if each.name == name), None)
+        msgtype = next((each.msgtype for each in there if each.topic == name), None)
         if msgtype is None:
             raise SourceError(
                 f'{self._path} has no speed on {name}, that is, none of'
@@ -168,13 +155,13 @@ class BagSource(FrameSource):
                     yield message, receive_ns
 
     def _candidates(self) -> Generator[Candidate, None, None]:
-        with closing(self._messages_of(self._topic.name, IMAGE_TYPES)) as messages:
+        with closing(self._messages_of(self._topic.topic, IMAGE_TYPES)) as messages:
             # Two zeros at the start identify a driver without stamps before the first one is used.
             head = list(islice(messages, 2))
-            if not head and self._topic.count > 0:
+            if not head and self._topic.msgcount > 0:
                 raise SourceError(
-                    f'{self._path}: its index has {self._topic.count} messages on'
-                    f' {self._topic.name}, but none can be read; {self._hint()}')
+                    f'{self._path}: its index has {self._topic.msgcount} messages on'
+                    f' {self._topic.topic}, but none can be read; {self._hint()}')
             rule = StampRule(zero_seen=len(head) == 2 and all(
                 to_nanoseconds(message.header.stamp) == 0 for message, _ in head))
             for index, (message, receive_ns) in enumerate(chain(head, messages)):
@@ -188,7 +175,7 @@ class BagSource(FrameSource):
             return msg_to_frame(msg)
         except FrameError as error:
             raise FrameError(
-                f'{self._path}, topic {self._topic.name}, message {index}: {error}') from error
+                f'{self._path}, topic {self._topic.topic}, message {index}: {error}') from error
 
     @contextmanager
     def _errors_explained(self, where: str = '') -> Iterator[None]:
@@ -239,34 +226,34 @@ def _access(path: Path, ros: int) -> tuple[Callable[[Path], Any], Callable[[byte
             ', or source a ROS that has rosbag2_py (bags of ROS 2 only)')) from error
 
 
-def _topics_of(connections: Iterable[rosbag2_reader.Connection]) -> list[_Topic]:
+def _topics_of(connections: Iterable[Connection]) -> list[Connection]:
     """Merge the connections by topic (a topic has one per publisher, maybe of several types)."""
     counts: Counter[tuple[str, str]] = Counter()
     for connection in connections:
         counts[connection.topic, connection.msgtype] += connection.msgcount
-    return [_Topic(name, msgtype, count) for (name, msgtype), count in sorted(counts.items())]
+    return [Connection(name, msgtype, count) for (name, msgtype), count in sorted(counts.items())]
 
 
-def _choose_topic(path: Path, topics: list[_Topic], wanted: str | None) -> _Topic:
+def _choose_topic(path: Path, topics: list[Connection], wanted: str | None) -> Connection:
     """Return the requested image topic, or the only one."""
     images = [each for each in topics if each.msgtype in IMAGE_TYPES]
     if not images:
         raise SourceError(f'{path} has no image topic; it has {_listed(topics)}')
     if wanted is not None:
         for each in images:
-            if each.name in (wanted, f'/{wanted}'):
+            if each.topic in (wanted, f'/{wanted}'):
                 return each
         raise SourceError(
             f'{path} has no image topic {wanted}; its image topics are {_listed(images)}')
     # Recorders also store topics on which no message arrived.
-    filled = [each for each in images if each.count > 0] or images
+    filled = [each for each in images if each.msgcount > 0] or images
     if len(filled) > 1:
         raise SourceError(
             f'{path} has several image topics: {_listed(filled)}; give one as the topic')
     return filled[0]
 
 
-def _listed(topics: list[_Topic], *, none: str = 'no topics at all') -> str:
+def _listed(topics: list[Connection], *, none: str = 'no topics at all') -> str:
     names = [' '.join(str(each).split()) for each in topics[:_MAX_LISTED_TOPICS]]
     if len(topics) > _MAX_LISTED_TOPICS:
         names.append(f'and {len(topics) - _MAX_LISTED_TOPICS} more')

@@ -24,6 +24,11 @@ class Connection:
     msgtype: str
     msgcount: int
 
+    def __str__(self) -> str:
+        """Return its name, type and number of messages."""
+        plural = '' if self.msgcount == 1 else 's'
+        return f'{self.topic} ({self.msgtype}, {self.msgcount} message{plural})'
+
 
 @dataclass(frozen=True, slots=True)
 class Rosbag2Reader:

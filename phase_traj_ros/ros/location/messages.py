@@ -59,9 +59,12 @@ def position_fix(message: NavSatFix, projection: LocalProjection) -> PositionFix
     Raises
     ------
     ValueError
-        The covariance is not valid, see ``PositionFix``.
+        The status is not set, or the covariance is not valid, see ``PositionFix``.
 
     """
+    if message.status.status < NavSatStatus.STATUS_NO_FIX:
+        raise ValueError(
+            'its status is not set (STATUS_UNKNOWN): set status.status to STATUS_FIX or above')
     if message.status.status < NavSatStatus.STATUS_FIX:
         return None
     x, y = projection.to_metres(message.latitude, message.longitude).tolist()

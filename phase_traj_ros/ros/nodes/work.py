@@ -41,6 +41,7 @@ from phase_traj_ros.ros.nodes.warnings import Warnings
 from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
 from rclpy.node import Node
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 if TYPE_CHECKING:
@@ -163,11 +164,12 @@ class Work:
         self._listening.destroy()
         self._publish_all(self._stream.finish())
 
-    def restart(self) -> None:
-        """Save the drive, reset the estimator and publish its state."""
-        self._end_drive()
+    def restart(self, saved: Future | None = None) -> bool:
+        """Save the drive, reset the estimator and publish its state; see ``Saving.end_drive``."""
+        saves = self._end_drive(saved)
         self._stream.reset()
         self._outputs.publish_state()
+        return saves
 
     def close(self) -> None:
         """Save the drive, and destroy everything made on the node."""
@@ -304,10 +306,11 @@ class Work:
         self._health.took(Stage.CODE, estimated_ns - measure_ns)
         self._health.took(Stage.PUBLISH, time.perf_counter_ns() - began)
 
-    def _end_drive(self) -> None:
-        self._saving.end_drive()
+    def _end_drive(self, saved: Future | None = None) -> bool:
+        saves = self._saving.end_drive(saved)
         if self._location is not None and self._estimator.last_stamp_ns is not None:
             self._location.interrupt(self._estimator.last_stamp_ns)
+        return saves
 
     def _snapshot(self) -> Snapshot:
         return Snapshot.of(
@@ -325,10 +328,15 @@ class Work:
     def _on_camera(self, camera: CameraModel) -> None:
         self._estimator.use_lens(self.mounting.parameters.calibrated(camera))
 
-    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        frames = self._estimator.frames
-        self.restart()
-        response.success = True
-        response.message = f'restarted after {frames} frames'
+    async def _on_reset(
+        self, _: Trigger.Request, response: Trigger.Response,
+    ) -> Trigger.Response:
+        frames, saved = self._estimator.frames, Future(executor=self._node.executor)
+        saves = self.restart(saved)
+        response.success, response.message = True, f'restarted after {frames} frames'
         self._node.get_logger().info(response.message)
+        if saves:
+            response.success, where = await saved
+            doubt = '' if response.success else 'the drive is not saved: '
+            response.message += f'; {doubt}{where}'
         return response

@@ -112,7 +112,9 @@ def _facts(result: Replay) -> Iterator[tuple[str, str]]:
         yield 'camera', str(result.camera)
     if str(result.mounting):
         yield 'mount', str(result.mounting)
-    yield 'warnings', '; '.join((*result.parameters.notices, *result.problems))
+    hint = result.threshold_hint
+    yield 'warnings', '; '.join(
+        (*([] if hint is None else [hint.sentence]), *result.warnings))
 
 
 def _route(result: Replay) -> tuple[tuple[float, float], ...]:

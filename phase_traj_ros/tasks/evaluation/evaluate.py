@@ -12,8 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.codes.codes import Movement
 from phase_traj_ros.core.codes.from_heading import HeadingCode
+from phase_traj_ros.errors import ResultError
 from phase_traj_ros.tasks.evaluation import scores
-from phase_traj_ros.tasks.evaluation.ground_truth import GroundTruth, match, MatchedTruth
+from phase_traj_ros.tasks.evaluation.ground_truth import (
+    faces_its_way,
+    GroundTruth,
+    match,
+    MatchedTruth,
+)
 from phase_traj_ros.tasks.evaluation.replayed_drive import ReplayedDrive
 
 
@@ -106,6 +112,10 @@ def evaluate(
         The ground truth does not cover the replay, or does not fit it.
 
     """
+    if not faces_its_way(truth):
+        raise ResultError(
+            'the poses of the ground truth do not face where they move: give the orientations of'
+            ' the vehicle, qx qy qz qw in a TUM file')
     true = match(
         truth, drive.stamps_ns, numbers=drive.frame_numbers, counts=drive.source_frames,
         align_start=align_start)

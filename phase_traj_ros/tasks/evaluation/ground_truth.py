@@ -9,6 +9,7 @@ Whatever the axes of the file, the result starts at the origin with heading 0, i
 
 from collections.abc import Collection
 from dataclasses import dataclass
+import math
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,16 @@ _TOLERANCE = 0.02
 _NANO = 1_000_000_000
 # A frame may be this far outside the time of the ground truth.
 _OUTSIDE_NS = 50_000_000
+# A motion is interpolated over this time in seconds, or so many usual intervals.
+_LONGEST_GAP_S, _LONGEST_GAP = 1.0, 5
+# A vehicle that moves by less, in metres, and turns by less, in radians, rests.
+_RESTS_M, _RESTS_RAD = 1.0, math.radians(3.0)
+# Noise of positions hides the direction of the motion between closer poses. Metres.
+_CLEARLY_APART = 3.0
+# A vehicle moves aside where its motion is more than this angle off its axis, in
+# radians. It rarely does: on at most this part of its way.
+_ASIDE = math.radians(45.0)
+_RARELY = 0.25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,6 +106,21 @@ def read_ground_truth(path: Path) -> GroundTruth:
     return _on_the_ground(forward, upward, places, stamps_ns)
 
 
+def faces_its_way(truth: GroundTruth, *, forward: bool = False) -> bool:
+    """Return whether a vehicle rarely drives aside of where its poses point; mostly ahead."""
+    positions, headings = truth.positions, truth.headings
+    chosen = [0]
+    for index, position in enumerate(positions):
+        if np.hypot(*(position - positions[chosen[-1]])) > _CLEARLY_APART:
+            chosen.append(index)
+    moved = np.diff(positions[chosen], axis=0)
+    middle = (headings[chosen[1:]] + headings[chosen[:-1]]) / 2
+    off, way = np.arctan2(*moved.T[::-1]) - middle, np.hypot(*moved.T)
+    aside = np.abs(np.cos(off)) < math.cos(_ASIDE)
+    ahead = not forward or way @ np.cos(off) >= 0.0
+    return bool(ahead and way @ aside <= _RARELY * way.sum())
+
+
 def match(
     truth: GroundTruth, stamps_ns: NDArray[np.int64], *,
     numbers: NDArray[np.int64] | None = None, counts: Collection[int] = (),
@@ -121,8 +147,9 @@ def match(
     Raises
     ------
     ResultError
-        Fewer than two frames are covered; there are no times, and the number of poses is not that
-        of the frames; or the times do not overlap at all, without ``align_start``.
+        Fewer than two frames are covered; poses are missing where the vehicle moves; there are no
+        times, and the number of poses is not that of the frames; or the times do not overlap at
+        all, without ``align_start``.
 
     """
     if truth.stamps_ns is None:
@@ -136,6 +163,7 @@ def match(
         frames = _covered(stamps_ns, given)
         # Differences first: a float cannot represent the nanoseconds of an epoch.
         at, times = (stamps_ns[frames] - given[0]) / _NANO, (given - given[0]) / _NANO
+        _refuse_gaps(times, truth, at)
         headings, *axes = (
             np.interp(at, times, each) for each in (truth.headings, *truth.positions.T))
         positions = np.stack(axes, axis=1)
@@ -243,6 +271,22 @@ def _covered(stamps_ns: NDArray[np.int64], given: NDArray[np.int64]) -> NDArray[
     if len(frames) < 2:
         raise ResultError('the ground truth covers fewer than two frames: is it of this drive?')
     return frames
+
+
+def _refuse_gaps(
+    times: NDArray[np.float64], truth: GroundTruth, at: NDArray[np.float64],
+) -> None:
+    """Raise ResultError if poses at ``times`` are missing where a vehicle moves between frames."""
+    steps, moved = np.diff(times), np.hypot(*np.diff(truth.positions, axis=0).T)
+    moves = (moved > _RESTS_M) | (np.abs(np.diff(truth.headings)) > _RESTS_RAD)
+    longest = max(_LONGEST_GAP_S, _LONGEST_GAP * float(np.median(steps)))
+    missing = np.flatnonzero(
+        moves & (steps > longest) & (times[1:] > at[0]) & (times[:-1] < at[-1]))
+    if len(missing):
+        raise ResultError(
+            f'the ground truth has no pose for {steps[missing[0]]:.1f} s, from'
+            f' {times[missing[0]] - at[0]:.1f} s after the first frame on: replay the parts before'
+            ' and after it (--start, --duration), and evaluate each')
 
 
 def _poses_of(

@@ -10,14 +10,13 @@ import re
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from phase_traj_ros.core import LengthUnit, OdometryStep, PairStatus, ScaleRange, TravelState
 from phase_traj_ros.core.codes.links import MIN_STEP
 from phase_traj_ros.core.codes.text import LinksText, parse_links
 from phase_traj_ros.errors import reading, ResultError, SourceError
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.times_file import nanoseconds
-from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
+from phase_traj_ros.tasks.evaluation.ground_truth import faces_its_way, read_ground_truth
 from phase_traj_ros.tasks.evaluation.replayed_drive import replay_files
 from phase_traj_ros.tasks.location.motion import Interruption, Motion, Motions, MovedPair
 
@@ -40,12 +39,8 @@ _LONGEST = 100.0
 _FASTEST_CAR = 70.0
 # More links would need too much memory.
 _MOST = 200_000
-# Noise of positions hides the direction of the motion between closer poses. Metres.
+# Poses this much farther apart than the fastest car drives are not one way. Metres.
 _CLEARLY_APART = 3.0
-# A vehicle moves aside where its motion is more than this angle off its axis, in
-# radians. It rarely does: on at most this part of its way.
-_ASIDE = math.radians(45.0)
-_RARELY = 0.25
 _NO_DISTANCE = (
     'has no distances to be located by: replay it with code_source auto or heading, and a camera'
     ' that sees the road')
@@ -243,7 +238,7 @@ def _read_trajectory(path: Path) -> DriveOdometry:
             f'{path} has no stamps: give a trajectory in the TUM format, lines of stamp x y z qx'
             ' qy qz qw')
     stamps = truth.stamps_ns.tolist()
-    if not _faces_forward(truth.positions, truth.headings):
+    if not faces_its_way(truth, forward=True):
         raise SourceError(
             f'{path} has poses that do not face where they move: give the orientations of the'
             ' vehicle, with the x axis forward')
@@ -260,16 +255,3 @@ def _motion(step: OdometryStep, apart: float, seconds: float) -> Motion:
     if apart <= min(_LONGEST, _FASTEST_CAR * seconds + _CLEARLY_APART):
         return step
     return Interruption.lasting(seconds, distance=apart, turn=abs(step.yaw))
-
-
-def _faces_forward(positions: NDArray[np.float64], headings: NDArray[np.float64]) -> bool:
-    """Return whether a vehicle drives where its poses point: rarely aside, mostly ahead."""
-    chosen = [0]
-    for index, position in enumerate(positions):
-        if np.hypot(*(position - positions[chosen[-1]])) > _CLEARLY_APART:
-            chosen.append(index)
-    moved = np.diff(positions[chosen], axis=0)
-    middle = (headings[chosen[1:]] + headings[chosen[:-1]]) / 2
-    off, way = np.arctan2(*moved.T[::-1]) - middle, np.hypot(*moved.T)
-    aside = np.abs(np.cos(off)) < math.cos(_ASIDE)
-    return bool(way @ np.cos(off) >= 0.0 and way @ aside <= _RARELY * way.sum())

@@ -98,6 +98,8 @@ def test_what_is_no_fix_is_left_out():
     message = received()
     message.latitude = math.nan
     assert position_fix(message, PLANE) is None
+    with pytest.raises(ValueError, match='status is not set'):
+        position_fix(NavSatFix(latitude=49.0, longitude=8.4), PLANE)
     broken = received(
         position_covariance=np.full(9, -1.0),
         position_covariance_type=NavSatFix.COVARIANCE_TYPE_KNOWN)

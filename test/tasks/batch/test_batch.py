@@ -69,7 +69,9 @@ def test_what_the_summary_tells_of_a_result(tmp_path, monkeypatch):
         'missing_frames': '4', 'dropped_frames': '3', 'skipped_frames': '2',
         'repeated_frames': '1',
         'warnings': '9 frames are declared, but only 5 could be read: the recording is cut off or'
-                    ' damaged, or a trimmed video'}
+                    ' damaged, or a trimmed video; frames skipped: 2; the first: ; frames with the'
+                    ' stamp or the image of the previous one: 1; frames dropped, as their stamps'
+                    ' are out of order: 3'}
 
 
 def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):

@@ -3,6 +3,7 @@
 """Scores of a replay against the ground truth."""
 
 from argparse import Namespace
+from dataclasses import replace
 import json
 from pathlib import Path
 
@@ -108,6 +109,14 @@ def test_heading_errors(replayed):
     assert found.per_100m == pytest.approx(1.0)
     assert found.per_frame_rms == pytest.approx(0.01)
     assert found.rms == pytest.approx(1.5 / np.sqrt(3), rel=0.01)
+
+
+def test_poses_without_orientations_are_refused(replayed):
+    truth = truth_of(PLAN)
+    with pytest.raises(ResultError, match='do not face where they move'):
+        evaluate(read_replay(replayed(PLAN)), replace(truth, headings=0 * truth.headings))
+    # A camera may look back, or a vehicle reverse.
+    evaluate(read_replay(replayed(PLAN)), replace(truth, positions=-truth.positions))
 
 
 def test_a_short_drive_is_scaled_to_100_m(replayed):
