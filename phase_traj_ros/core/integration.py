@@ -152,6 +152,7 @@ class Integration:
             verdict.evidence, stamp_ns, interval_ns,
             seen=verdict.status in (PairStatus.OK, PairStatus.STILL),
             stands=verdict.status is PairStatus.STILL, travel=travel,
+            near=0.0 if pair.yaw is None or pair.yaw.motion is None else pair.yaw.motion.near,
             metric=self._settings.metric, camera_known=camera_known,
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
             cut=pair.cut, frames=self.frames - self._measured_frame)

@@ -10,6 +10,7 @@ from collections import Counter, deque
 from dataclasses import dataclass, field
 
 from phase_traj_ros.core.reliability.reason import Evidence, Reason
+from phase_traj_ros.core.reliability.scene_distance import SceneDistance
 from phase_traj_ros.core.reliability.tuning import TUNING
 from phase_traj_ros.core.reliability.verdict import in_order, Reliability, Spans
 from phase_traj_ros.core.road.travel import Travel
@@ -31,21 +32,23 @@ class ReliabilityMonitor:
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
         self._seen_ns = self._measured_ns = 0
         self._rivalled_ns: int | None = None
+        self._scene = SceneDistance()
         self._usual_ns = self._still_ns = 0
         # The frames since the newest one that are not used, by their reasons.
         self._unused: Counter[Reason] = Counter()
 
     def add(
         self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, seen: bool = True,
-        stands: bool = False, travel: Travel | None = None, metric: bool = True,
+        stands: bool = False, travel: Travel | None = None, near: float = 0.0, metric: bool = True,
         camera_known: bool = True, contradicted: bool = False, cut: bool = False, frames: int = 1,
     ) -> None:
         """
         Add the next pair.
 
         ``seen``: its motion was measured. ``stands``: the vehicle stands. ``travel``: its
-        distance, if there is one; it has to be known if it is ``metric``. ``camera_known``: that
-        distance needs no camera, or it is known. ``contradicted``: the direction code contradicts
+        distance, if there is one; it has to be known if it is ``metric``. ``near``: that of its
+        ``CameraMotion``, 0 if there is none. ``camera_known``: the distance needs no camera, or it
+        is known. ``contradicted``: the direction code contradicts
         the heading. ``cut``: the scene changed in the previous pair. ``frames``: number of the
         second frame minus that of the first one; the pair counts as so many.
         """
@@ -76,7 +79,10 @@ class ReliabilityMonitor:
             self._spans[Reason.CAMERA_NOT_KNOWN].add(before, stamp_ns)
         if contradicted:
             self._spans[Reason.DIRECTION_CONTRADICTS_HEADING].add(before, stamp_ns)
-        if travel is not None and travel.rivalled and (metric or travel.known):
+        if cut:
+            self._scene = SceneDistance()
+        slowed = travel is not None and self._scene.contradicts(travel, near, interval_ns * 1e-9)
+        if slowed or (travel is not None and travel.rivalled and (metric or travel.known)):
             if self._rivalled_ns is not None and before - self._rivalled_ns < TUNING.unclear_ns:
                 self._spans[Reason.ROAD_UNCLEAR].add(before, stamp_ns)
             self._rivalled_ns = stamp_ns

@@ -34,6 +34,20 @@ class ReliabilityTuning:
     """What is not measured for longer is unknown: a car may have braked by 8 m/s, or turned."""
     unclear_ns: int = 1_000_000_000
     """A road is unclear if a more significant other motion recurs within this time."""
+    scene_nearer: float = 3.0
+    """So it is if what is near seems to be nearer by this factor than usual..."""
+    scene_slower: float = 2.0
+    """...and the road slower by this: on 36 real drives only where its speed was wrong..."""
+    scene_s: float = 1.0
+    """...in the mean over this time in seconds..."""
+    usual_scene_s: float = 20.0
+    """...compared with that over this time..."""
+    min_usual_scene_s: float = 2.0
+    """...or this at least, ..."""
+    min_passing: float = 0.004
+    """...of pairs with a larger ratio of translation to distance of near blocks than this."""
+    min_scene_speed: float = 0.5
+    """Slower speeds, in metres or camera heights per second, are taken for this one."""
     lost_ns: int = 1_000_000_000
     """A longer gap than this..."""
     lost_intervals: int = 2

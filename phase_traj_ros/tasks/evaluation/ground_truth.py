@@ -286,7 +286,7 @@ def _refuse_gaps(
         raise ResultError(
             f'the ground truth has no pose for {steps[missing[0]]:.1f} s, from'
             f' {times[missing[0]] - at[0]:.1f} s after the first frame on: replay the parts before'
-            ' and after it (--start, --duration), and evaluate each')
+            ' and after it, and evaluate each')
 
 
 def _poses_of(

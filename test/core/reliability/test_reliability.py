@@ -53,6 +53,20 @@ def test_without_metres_the_distance_may_be_unknown_but_the_road_must_not_contra
     assert driven.monitor.verdict().reasons == (Reason.ROAD_UNCLEAR,)
 
 
+def test_a_road_that_slows_down_alone_is_unclear():
+    fast, slow = (Travel(way, 0.01, TravelState.MEASURED) for way in (1.0, 0.2))
+    for metric in (True, False):
+        driven = Driven().add('trusted', 10, travel=fast, near=0.1, metric=metric)
+        driven.add('trusted', 10, travel=slow, near=0.1, metric=metric)
+        (start, end, reasons), = driven.spans
+        assert 10.8 < start < 12.0 and end == pytest.approx(20)
+        assert reasons == (Reason.ROAD_UNCLEAR.value,)
+    # Nothing of this applies to another scene.
+    driven = Driven().add('trusted', 10, travel=fast, near=0.1).add(
+        'trusted', 0.1, travel=fast, near=0.1, cut=True)
+    assert driven.add('trusted', 10, travel=slow, near=0.1).spans == []
+
+
 def test_a_pair_that_covers_foreseen_frames_counts_as_many():
     """A vehicle that stands at 60 Hz has six times the pairs of one that drives."""
     driven = Driven().add('trusted', 5, frames=6).add('fixed', 1.5, interval=SECOND // 60)
