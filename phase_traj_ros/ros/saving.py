@@ -15,6 +15,7 @@ from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.ros.entities import Entities
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
@@ -49,8 +50,9 @@ class Saving:
         if self._parent is not None:
             check_writable(self._parent)
         # Drawing takes some tenths of a second. Images must not queue up meanwhile.
-        self._writer = ThreadPoolExecutor(max_workers=1)
-        entities.create_service(Trigger, '~/save', self._on_save)
+        self._writer, self._closed = ThreadPoolExecutor(max_workers=1), False
+        entities.create_service(
+            Trigger, '~/save', self._on_save, callback_group=ReentrantCallbackGroup())
 
     def end_drive(self, result: Future | None = None) -> bool:
         """
@@ -70,6 +72,15 @@ class Saving:
         """Save the drive and return when everything is written."""
         self.end_drive()
         self._writer.shutdown()
+        self._closed = True
+
+    async def answer(self, result: Future) -> tuple[bool, str]:
+        """Wait for the ``result`` of a drive that is being saved, and return it."""
+        success, message = await result
+        if self._closed:
+            # The service is gone, and cannot answer any more.
+            await Future()
+        return success, message
 
     def _save(
         self, snapshot: Snapshot, parent: Path, result: Future | None, *, elsewhere: bool = False,
@@ -103,7 +114,7 @@ class Saving:
             return response
         result: Future = Future(executor=self._node.executor)
         self._save(self._take(), self._parent, result)
-        response.success, response.message = await result
+        response.success, response.message = await self.answer(result)
         return response
 
 

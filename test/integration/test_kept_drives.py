@@ -3,10 +3,18 @@
 """What the node saves of a drive, and when."""
 
 import json
+from threading import Event, Timer
 
 from coded import complete, send
 from live import stop
 import numpy as np
+from phase_traj_ros.io.sources.base import StampedFrame
+from phase_traj_ros.ros.nodes.node import PhaseTrajNode
+import pytest
+import rclpy
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import SingleThreadedExecutor
+from rolled import TEXTURE
 from std_srvs.srv import Trigger
 from test_node import rolled
 
@@ -98,3 +106,57 @@ def test_an_output_folder_that_cannot_be_written_is_said_at_once(live, tmp_path)
     assert process.wait() == 2
     assert 'cannot write' in live.logs()
     assert 'Traceback' not in live.logs()
+
+
+@pytest.fixture(params=['reset', 'save'])
+def busy(domain, tmp_path, request):
+    """Return a node that is writing a drive, its executor, the answer, and what ends it."""
+    rclpy.init(args=['--ros-args', '-p', f'output_dir:={tmp_path}'])
+    node, executor, written = PhaseTrajNode(), SingleThreadedExecutor(), Event()
+    executor.add_node(node)
+    try:
+        for index in range(3):
+            node._work._on_frame(StampedFrame(
+                TEXTURE, 10**18 + index * 10**8, 'mono8', 'camera'))
+        writer = node._work._saving._writer
+        writer.submit(written.wait)
+        client = node.create_client(
+            Trigger, f'~/{request.param}', callback_group=ReentrantCallbackGroup())
+        assert client.wait_for_service(10.0)
+        answer = client.call_async(Trigger.Request())
+        for _ in range(200):
+            if writer._work_queue.qsize():
+                break
+            executor.spin_once(timeout_sec=0.05)
+        yield node, executor, answer, written
+    finally:
+        written.set()
+        executor.shutdown()
+        node.destroy_node()
+        rclpy.shutdown()
+
+
+def test_images_are_taken_while_a_drive_is_written(busy):
+    node, executor, answer, written = busy
+    # Like the images, in the usual group of callbacks.
+    taken = []
+    node.create_timer(0.01, lambda: taken.append(True))
+    for _ in range(200):
+        if taken:
+            break
+        executor.spin_once(timeout_sec=0.05)
+    assert taken and not answer.done()
+    written.set()
+    executor.spin_until_future_complete(answer, 10.0)
+    assert answer.result().success
+
+
+def test_a_service_that_has_gone_does_not_answer(busy):
+    node, executor, answer, written = busy
+    released = Timer(0.2, written.set)
+    released.start()
+    node._drop_work()
+    released.join()
+    for _ in range(5):
+        executor.spin_once(timeout_sec=0.05)
+    assert not answer.done()

@@ -23,8 +23,8 @@ class SceneDistance:
         # Mean logarithms of the distance of the scene and of the speed: the newest and usual ones.
         self._newest: tuple[float, float] | None = None
         self._usual = (0.0, 0.0)
-        # Seconds of the usual pairs, and since the newest ones contradict them.
-        self._usual_s = self._contradicted_s = 0.0
+        # Seconds of the usual pairs, and since the newest of them.
+        self._usual_s = self._unconfirmed_s = 0.0
 
     def contradicts(self, travel: Travel, near: float, interval: float) -> bool:
         """
@@ -32,6 +32,9 @@ class SceneDistance:
 
         ``near`` is that of its ``CameraMotion``, ``interval`` its time in seconds.
         """
+        self._unconfirmed_s += interval
+        if self._unconfirmed_s > TUNING.usual_scene_s:
+            self._newest, self._usual_s = None, 0.0
         if near <= TUNING.min_passing or not travel.by_road:
             return False
         speed = max(travel.distance / interval, TUNING.min_scene_speed)
@@ -40,12 +43,9 @@ class SceneDistance:
         nearer, slower = (usual - newest for usual, newest in zip(self._usual, self._newest))
         if (self._usual_s > TUNING.min_usual_scene_s and nearer > math.log(TUNING.scene_nearer)
                 and slower > math.log(TUNING.scene_slower)):
-            self._contradicted_s += interval
-            if self._contradicted_s > TUNING.usual_scene_s:
-                self._usual_s = self._contradicted_s = 0.0
             return True
-        self._contradicted_s = 0.0
         if travel.state is TravelState.MEASURED:
+            self._unconfirmed_s = 0.0
             self._usual_s += interval
             self._usual = _mean(
                 self._usual if self._usual_s > interval else pair, pair, interval,

@@ -40,6 +40,7 @@ from phase_traj_ros.ros.inputs.speed import SpeedInput
 from phase_traj_ros.ros.nodes.warnings import Warnings
 from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
@@ -109,7 +110,9 @@ class Work:
         with self._offered as offered:
             self._outputs = Outputs(offered, self._estimator, values)
             self._saving = Saving(node, offered, values.output_dir, self._snapshot)
-            offered.create_service(Trigger, '~/reset', self._on_reset)
+            # Images are taken while an answer waits for the drive to be written.
+            offered.create_service(
+                Trigger, '~/reset', self._on_reset, callback_group=ReentrantCallbackGroup())
             if values.map_file:
                 # To load the search takes a tenth of the start of a node.
                 from phase_traj_ros.ros.location import location
@@ -336,7 +339,7 @@ class Work:
         response.success, response.message = True, f'restarted after {frames} frames'
         self._node.get_logger().info(response.message)
         if saves:
-            response.success, where = await saved
+            response.success, where = await self._saving.answer(saved)
             doubt = '' if response.success else 'the drive is not saved: '
             response.message += f'; {doubt}{where}'
         return response

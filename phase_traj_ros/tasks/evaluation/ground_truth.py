@@ -23,10 +23,9 @@ _TOLERANCE = 0.02
 _NANO = 1_000_000_000
 # A frame may be this far outside the time of the ground truth.
 _OUTSIDE_NS = 50_000_000
-# A motion is interpolated over this time in seconds, or so many usual intervals.
-_LONGEST_GAP_S, _LONGEST_GAP = 1.0, 5
-# A vehicle that moves by less, in metres, and turns by less, in radians, rests.
-_RESTS_M, _RESTS_RAD = 1.0, math.radians(3.0)
+# A turn by more than this, in radians, is interpolated over so many usual intervals, but over the
+# shorter one of these times, in seconds, at least, and the longer one at most.
+_TURN, _GAP, _GAP_S = math.radians(10.0), 5, (1.0, 5.0)
 # Noise of positions hides the direction of the motion between closer poses. Metres.
 _CLEARLY_APART = 3.0
 # A vehicle moves aside where its motion is more than this angle off its axis, in
@@ -116,7 +115,9 @@ def faces_its_way(truth: GroundTruth, *, forward: bool = False) -> bool:
     moved = np.diff(positions[chosen], axis=0)
     middle = (headings[chosen[1:]] + headings[chosen[:-1]]) / 2
     off, way = np.arctan2(*moved.T[::-1]) - middle, np.hypot(*moved.T)
-    aside = np.abs(np.cos(off)) < math.cos(_ASIDE)
+    # Between poses on a curve, the motion is along neither of them.
+    bends = np.abs(np.diff(headings[chosen])) > _ASIDE
+    aside = (np.abs(np.cos(off)) < math.cos(_ASIDE)) & ~bends
     ahead = not forward or way @ np.cos(off) >= 0.0
     return bool(ahead and way @ aside <= _RARELY * way.sum())
 
@@ -147,7 +148,7 @@ def match(
     Raises
     ------
     ResultError
-        Fewer than two frames are covered; poses are missing where the vehicle moves; there are no
+        Fewer than two frames are covered; poses are missing in a turn; there are no
         times, and the number of poses is not that of the frames; or the times do not overlap at
         all, without ``align_start``.
 
@@ -276,12 +277,11 @@ def _covered(stamps_ns: NDArray[np.int64], given: NDArray[np.int64]) -> NDArray[
 def _refuse_gaps(
     times: NDArray[np.float64], truth: GroundTruth, at: NDArray[np.float64],
 ) -> None:
-    """Raise ResultError if poses at ``times`` are missing where a vehicle moves between frames."""
-    steps, moved = np.diff(times), np.hypot(*np.diff(truth.positions, axis=0).T)
-    moves = (moved > _RESTS_M) | (np.abs(np.diff(truth.headings)) > _RESTS_RAD)
-    longest = max(_LONGEST_GAP_S, _LONGEST_GAP * float(np.median(steps)))
+    """Raise ResultError if poses at ``times`` are missing in a turn, between two frames."""
+    steps, turns = np.diff(times), np.abs(np.diff(truth.headings)) > _TURN
+    longest = np.clip(_GAP * np.median(steps), *_GAP_S)
     missing = np.flatnonzero(
-        moves & (steps > longest) & (times[1:] > at[0]) & (times[:-1] < at[-1]))
+        turns & (steps > longest) & (times[1:] > at[0]) & (times[:-1] < at[-1]))
     if len(missing):
         raise ResultError(
             f'the ground truth has no pose for {steps[missing[0]]:.1f} s, from'

@@ -115,7 +115,14 @@ def test_poses_without_orientations_are_refused(replayed):
     truth = truth_of(PLAN)
     with pytest.raises(ResultError, match='do not face where they move'):
         evaluate(read_replay(replayed(PLAN)), replace(truth, headings=0 * truth.headings))
-    # A camera may look back, or a vehicle reverse.
+    # A robot turns on the spot, a camera may look back, or a vehicle reverse.
+    there_and_back = [*[0.0] * 10, *[6.0] * 30] * 6
+    heading = headings(there_and_back)
+    moves = (np.array(there_and_back) == 0.0)[:, None]
+    steps = moves * np.stack([np.cos(heading), np.sin(heading)], axis=1)[:-1]
+    places = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+    robot = GroundTruth(heading, places, None)
+    evaluate(read_replay(replayed(there_and_back)), robot)
     evaluate(read_replay(replayed(PLAN)), replace(truth, positions=-truth.positions))
 
 
