@@ -48,9 +48,9 @@ class ReliabilityMonitor:
         ``seen``: its motion was measured. ``stands``: the vehicle stands. ``travel``: its
         distance, if there is one; it has to be known if it is ``metric``. ``near``: that of its
         ``CameraMotion``, 0 if there is none. ``camera_known``: the distance needs no camera, or it
-        is known. ``contradicted``: the direction code contradicts
-        the heading. ``cut``: the scene changed in the previous pair. ``frames``: number of the
-        second frame minus that of the first one; the pair counts as so many.
+        is known. ``contradicted``: the direction code contradicts the heading. ``cut``: the scene
+        changed in the previous pair. ``frames``: number of the second frame minus that of the
+        first one; the pair counts as so many.
         """
         if not self._parts:
             self._start_ns = self._judged_ns = stamp_ns - interval_ns

@@ -23,8 +23,8 @@ _TOLERANCE = 0.02
 _NANO = 1_000_000_000
 # A frame may be this far outside the time of the ground truth.
 _OUTSIDE_NS = 50_000_000
-# A turn by more than this, in radians, is interpolated over so many usual intervals, but over the
-# shorter one of these times, in seconds, at least, and the longer one at most.
+# Two poses between which the heading changes by more than this angle, in radians, may be so many
+# usual intervals apart, but not less than the first and not more than the second of these seconds.
 _TURN, _GAP, _GAP_S = math.radians(10.0), 5, (1.0, 5.0)
 # Noise of positions hides the direction of the motion between closer poses. Metres.
 _CLEARLY_APART = 3.0
@@ -106,7 +106,11 @@ def read_ground_truth(path: Path) -> GroundTruth:
 
 
 def faces_its_way(truth: GroundTruth, *, forward: bool = False) -> bool:
-    """Return whether a vehicle rarely drives aside of where its poses point; mostly ahead."""
+    """
+    Return whether a vehicle moves along its axis, but for a small part of its way.
+
+    With ``forward``, it also has to drive ahead for most of it.
+    """
     positions, headings = truth.positions, truth.headings
     chosen = [0]
     for index, position in enumerate(positions):
