@@ -42,7 +42,9 @@ def show(camera, positions, start_ns):
 
 
 def topics(live):
-    return {name for name, _ in live.node.get_publisher_names_and_types_by_node('phase_traj', '/')}
+    """Return what is published; DDS itself tells that, also if the list of nodes is late."""
+    return {name for name in ('/phase_traj/movement', '/phase_traj/path')
+            if live.node.count_publishers(name)}
 
 
 def work(live, managed, start_ns):
@@ -119,7 +121,7 @@ def test_what_cannot_be_configured_stays_unconfigured(live, managed):
     assert not live.change_state(Transition.TRANSITION_CONFIGURE)
     assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
     live.until_said('/does/not/exist.png')
-    assert topics(live) & {'/phase_traj/movement', '/phase_traj/path'} == set()
+    assert topics(live) == set()
 
 
 def test_shutdown_ends_it_whatever_it_does(live, managed):
