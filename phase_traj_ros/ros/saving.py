@@ -54,19 +54,17 @@ class Saving:
         entities.create_service(
             Trigger, '~/save', self._on_save, callback_group=ReentrantCallbackGroup())
 
-    def end_drive(self, result: Future | None = None) -> bool:
+    def end_drive(self) -> Future | None:
         """
         Save the drive, if it has frames and files are written; call it before a reset.
 
-        Return whether it is being saved. ``result`` then gets whether that worked, and where or
-        why not.
+        Return whether that worked, and where or why not, in future; None if nothing is saved.
         """
-        parent, snapshot = self._parent, None if self._parent is None else self._take()
-        saves = parent is not None and snapshot is not None and bool(snapshot.corners)
-        if parent is not None and snapshot is not None and saves:
-            self._save(snapshot, parent, result, elsewhere=True)
+        result = None
+        if self._parent is not None and (snapshot := self._take()).corners:
+            result = self._save(snapshot, self._parent, elsewhere=True)
         self._folder = None
-        return saves
+        return result
 
     def close(self) -> None:
         """Save the drive and return when everything is written."""
@@ -82,39 +80,37 @@ class Saving:
             await Future()
         return success, message
 
-    def _save(
-        self, snapshot: Snapshot, parent: Path, result: Future | None, *, elsewhere: bool = False,
-    ) -> None:
+    def _save(self, snapshot: Snapshot, parent: Path, *, elsewhere: bool = False) -> Future:
         """
-        Write a state, and pass on whether that worked, and where or why not.
+        Write a state; return whether that worked, and where or why not, in future.
 
         ``elsewhere`` is whether it goes to a new folder if someone has changed that of the drive.
         """
+        result = Future(executor=self._node.executor)
         done = partial(self._finished, result)
         try:
             self._folder = self._folder or new_folder(
                 parent, self._node.get_fully_qualified_name())
         except OutputError as error:
             done(False, str(error))
-            return
-        self._writer.submit(_write, snapshot, self._folder, done, elsewhere=elsewhere)
+        else:
+            self._writer.submit(_write, snapshot, self._folder, done, elsewhere=elsewhere)
+        return result
 
-    def _finished(self, result: Future | None, success: bool, message: str) -> None:
+    def _finished(self, result: Future, success: bool, message: str) -> None:
         log = self._node.get_logger()
         if success:
             log.info(f'save: {message}')
         else:
             log.error(f'the drive is not saved: {message}')
-        if result is not None:
-            result.set_result((success, message))
+        result.set_result((success, message))
 
     async def _on_save(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._parent is None:
             response.message = 'the parameter output_dir is not set: start the node with one'
             return response
-        result: Future = Future(executor=self._node.executor)
-        self._save(self._take(), self._parent, result)
-        response.success, response.message = await self.answer(result)
+        response.success, response.message = await self.answer(
+            self._save(self._take(), self._parent))
         return response
 
 

@@ -12,6 +12,7 @@ import math
 
 from phase_traj_ros.core.reliability.tuning import TUNING
 from phase_traj_ros.core.road.travel import Travel, TravelState
+from phase_traj_ros.core.road.tuning import TUNING as ROAD
 from phase_traj_ros.core.rotation.camera_motion import running_mean
 
 
@@ -35,7 +36,7 @@ class SceneDistance:
         self._unconfirmed_s += interval
         if self._unconfirmed_s > TUNING.usual_scene_s:
             self._newest, self._usual_s = None, 0.0
-        if near <= TUNING.min_passing or not travel.by_road:
+        if near <= ROAD.passing or not travel.by_road:
             return False
         speed = max(travel.distance / interval, TUNING.min_scene_speed)
         pair = math.log(speed * interval / near), math.log(speed)

@@ -44,9 +44,7 @@ class ReliabilityTuning:
     """...compared with that over this time (with 20 s, a village after open country seemed to be
     one, at 5 Hz)..."""
     min_usual_scene_s: float = 2.0
-    """...or this at least, ..."""
-    min_passing: float = 0.004
-    """...of pairs with a larger ratio of translation to distance of near blocks than this."""
+    """...or this at least."""
     min_scene_speed: float = 0.5
     """Slower speeds, in metres or camera heights per second, are taken for this one."""
     lost_ns: int = 1_000_000_000

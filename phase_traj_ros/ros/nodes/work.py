@@ -167,12 +167,12 @@ class Work:
         self._listening.destroy()
         self._publish_all(self._stream.finish())
 
-    def restart(self, saved: Future | None = None) -> bool:
+    def restart(self) -> Future | None:
         """Save the drive, reset the estimator and publish its state; see ``Saving.end_drive``."""
-        saves = self._end_drive(saved)
+        saved = self._end_drive()
         self._stream.reset()
         self._outputs.publish_state()
-        return saves
+        return saved
 
     def close(self) -> None:
         """Save the drive, and destroy everything made on the node."""
@@ -309,11 +309,11 @@ class Work:
         self._health.took(Stage.CODE, estimated_ns - measure_ns)
         self._health.took(Stage.PUBLISH, time.perf_counter_ns() - began)
 
-    def _end_drive(self, saved: Future | None = None) -> bool:
-        saves = self._saving.end_drive(saved)
+    def _end_drive(self) -> Future | None:
+        saved = self._saving.end_drive()
         if self._location is not None and self._estimator.last_stamp_ns is not None:
             self._location.interrupt(self._estimator.last_stamp_ns)
-        return saves
+        return saved
 
     def _snapshot(self) -> Snapshot:
         return Snapshot.of(
@@ -334,11 +334,10 @@ class Work:
     async def _on_reset(
         self, _: Trigger.Request, response: Trigger.Response,
     ) -> Trigger.Response:
-        frames, saved = self._estimator.frames, Future(executor=self._node.executor)
-        saves = self.restart(saved)
+        frames, saved = self._estimator.frames, self.restart()
         response.success, response.message = True, f'restarted after {frames} frames'
         self._node.get_logger().info(response.message)
-        if saves:
+        if saved is not None:
             response.success, where = await self._saving.answer(saved)
             doubt = '' if response.success else 'the drive is not saved: '
             response.message += f'; {doubt}{where}'
