@@ -21,6 +21,7 @@ import math
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from phase_traj_ros.core.calibration.algebra import (
     batch_matvec,
     cross_matrices,
@@ -138,7 +139,15 @@ class _Problem:
         steps = np.clip(steps / np.median(steps), 1.0 / most, most)
         self._steps = steps / steps.mean()
         self._frame_count = len(tracks.flow)
-        self._observations = np.arange(len(used))
+        # Where the derivatives of an observation are in the normal equations: rotation and
+        # translation of its frame and of its base frame, the lens, and the error, (M, 16). The
+        # first frame is fixed: its columns come last, before that of the error.
+        frames = (np.stack([self._frame, self._base], axis=1) - 1) % self._frame_count
+        unknowns = (3 + 6 * frames[:, :, None] + np.arange(6)).reshape(-1, 12)
+        self._size = 6 * self._frame_count + 4
+        places = np.column_stack([unknowns, np.tile([0, 1, 2, self._size - 1], (len(used), 1))])
+        self._places = self._size * places[:, :, None] + places[:, None]
+        self._point_places = self._size * self._point[:, None] + places
         # Share of the mean to subtract, which whitens deviations with a common part.
         common = (self._frame_count - 1) * TUNING.common_factor ** 2
         self._mean_factor = 1.0 - 1.0 / math.sqrt(1.0 + common)
@@ -194,7 +203,7 @@ class _Problem:
         log_focal, straightness, column = state.lens.tolist()
         return TurnFit(
             log_focal, straightness, column, covariance,
-            self.cost(state) / len(self._observations), down, angle,
+            self.cost(state) / len(self._observed), down, angle,
             np.add.reduceat(self._costs(state), self._starts) / np.bincount(self._point),
             ambiguous)
 
@@ -282,31 +291,32 @@ class _Problem:
         change = projection_jacobians(seen, math.exp(state.lens[0]), float(state.lens[1]))
         change *= root[:, :, None]
         inverse_depth = state.inverse_depth[self._point]
-        # Two rows per observation; per frame, three rotations and three translations; the error.
-        rows = np.zeros((len(self._observations), 2, self._frame_count + 1, 6))
+        # Two rows per observation, with the columns of ``_places``.
+        rows = np.empty((len(self._observed), 2, 16))
         moved = (change @ state.attitude[self._frame]) * inverse_depth[:, None, None]
-        rows[self._observations, :, self._frame, :3] = change @ cross_matrices(-seen)
-        rows[self._observations, :, self._base, :3] = change @ between @ cross_matrices(ray)
-        rows[self._observations, :, self._frame, 3:] = -moved
-        rows[self._observations, :, self._base, 3:] = moved
-        # The first frame is fixed: its translation columns hold the lens.
+        rows[:, :, :3], rows[:, :, 3:6] = change @ cross_matrices(-seen), -moved
+        rows[:, :, 6:9], rows[:, :, 9:12] = change @ between @ cross_matrices(ray), moved
         for number, step in enumerate(TUNING.derivative_step * np.eye(3)):
             stepped = replace(state, lens=state.lens + step)
             there = self._projected(stepped, between, translation)[2]
-            rows[:, :, 0, 3 + number] = (there - found) * (root / TUNING.derivative_step)
-        rows[:, :, -1, 0] = error
-        jacobian = rows.reshape(2 * len(rows), -1)[:, 3:-5]
+            rows[:, :, 12 + number] = (there - found) * (root / TUNING.derivative_step)
+        rows[:, :, 15] = error
         by_depth = batch_matvec(change, translation)
-        sums = transposed_product(jacobian[:, :-1], jacobian)
+        sums = self._summed(rows.transpose(0, 2, 1) @ rows, self._places)
         prior_normal, prior_gradient = self._prior_normal(state)
-        normal, gradient = sums[:, :-1] + prior_normal, sums[:, -1] + prior_gradient
-        mixed = np.add.reduceat(jacobian[:, :-1] * by_depth.reshape(-1, 1), 2 * self._starts)
+        normal, gradient = sums[:-7, :-7] + prior_normal, sums[:-7, -1] + prior_gradient
+        sums = self._summed(by_depth[:, None] @ rows, self._point_places)
+        mixed, point_gradient = sums[:, :-7], sums[:, -1]
         point_normal = np.add.reduceat((by_depth * by_depth).sum(axis=1), self._starts)
-        point_gradient = np.add.reduceat((by_depth * error).sum(axis=1), self._starts)
         prior = TUNING.positive_depth_weight * (state.inverse_depth < 0.0)
         prior = prior + TUNING.inverse_depth_deviation ** -2
         point_gradient = point_gradient + prior * state.inverse_depth
         return normal, mixed, point_normal + prior, gradient, point_gradient
+
+    def _summed(self, values: Numbers, places: NDArray[np.int64]) -> Numbers:
+        """Return the sums of the values at each place of a flat matrix."""
+        sums = np.bincount(places.ravel(), values.ravel())
+        return np.asarray(sums.reshape(-1, self._size), np.float64)
 
     def _prior_normal(self, state: _State) -> tuple[Numbers, Numbers]:
         """Return the normal equations and the gradient of the priors."""
