@@ -8,7 +8,6 @@ from dataclasses import replace
 from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.coding import Coder
-from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.distance_meter import DistanceMeter
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.heading.visual_compass import HeadingUpdate, VisualCompass
@@ -141,8 +140,7 @@ class Integration:
         camera_known = self._knows_camera(travel)
         heading = self._add_heading(verdict, stamp_ns, interval)
         self.counters.count(verdict.status)
-        dx = None if pair.used is None else self._settings.view.full_shift(pair.used).dx
-        step = self.coder.code(verdict.status, dx, heading, interval)
+        step = self.coder.code(verdict.status, pair.dx, heading, interval)
         status = verdict.status.coded(step)
         turned = None if heading is None else heading.step
         odometry, links = self.route.add(
@@ -157,7 +155,7 @@ class Integration:
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
             cut=pair.cut, frames=self.frames - self._measured_frame)
         whole = Update(
-            self.frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,
+            self.frames - 2, stamp_ns, interval_ns, pair.shift, step, status,
             self._tip, turned, () if heading is None else heading.turns, self._camera_change(),
             cut, odometry, travel, links,
             self.route.way.speed,
@@ -169,18 +167,19 @@ class Integration:
     def foresee(self, stamp_ns: int, waited_ns: int, interval_ns: int) -> Update:
         """Add a frame that is not measured; the next pair covers its time."""
         newest, heading = self._trusted, self.heading
-        assert newest is not None and heading is not None
+        assert newest is not None and newest.shift is not None and heading is not None
         ahead = heading.foresee(waited_ns * 1e-9)
         status = PairStatus.STILL if newest.status is PairStatus.STILL else PairStatus.OK
         self.counters.count(status)
         step = self.coder.code(status, 0.0, ahead, interval_ns * 1e-9)
+        dx = heading.camera.shift_by(ahead.step.yaw * heading.camera.tilt)
         share = waited_ns / newest.interval_ns
         travel = newest.travel and newest.travel.part(share * newest.travel.distance, share)
         odometry = self.route.foresee(step, ahead.step, travel, stamp_ns, waited_ns)
         before, self._foreseen = self._foreseen, replace(
             newest, pair=self.frames - 2, stamp_ns=stamp_ns, interval_ns=waited_ns,
-            shift=ahead.shift, step=step, status=status.coded(step), tip=self._tip,
-            heading=ahead.step, turns=(), camera=self._camera_change(), cut=False,
+            shift=replace(newest.shift, dx=dx, dy=0.0), step=step, status=status.coded(step),
+            tip=self._tip, heading=ahead.step, turns=(), camera=self._camera_change(), cut=False,
             odometry=odometry, travel=travel, links=())
         return self._foreseen.after(before)
 
@@ -255,9 +254,3 @@ class Integration:
             return None
         self._reported_lens = self.heading.camera.lens
         return self.heading.camera.in_use
-
-    def _shift(self, pair: Comparison, heading: HeadingUpdate | None) -> Shift | None:
-        """Return the shift to report, in pixels of the full frame."""
-        if self._settings.by_heading:
-            return None if heading is None else heading.shift
-        return None if pair.shift is None else self._settings.view.full_shift(pair.shift)

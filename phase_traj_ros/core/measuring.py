@@ -33,13 +33,13 @@ class Comparison:
     """The measurements of a pair; without any if its frames cannot be compared."""
 
     shift: Shift | None = None
-    """Shift of the view, in its pixels, as measured."""
+    """Shift in pixels of the full frame, as measured."""
     yaw: YawMeasurement | None = None
     """Yaw, if a lens is given."""
     quality: Quality | None = None
     """Quality of the pair, given the fixed areas and traffic; None if it is not comparable."""
-    used: Shift | None = None
-    """Shift of the view, or of the cylinder, to use for the pair."""
+    dx: float | None = None
+    """Shift to the right that is coded, in pixels of the full frame; None if the yaw is."""
     agreement: float = 0.0
     """Share of the image that agrees on its motion, 0 to 1; without blocks, 0 or 1."""
     gap: bool = False
@@ -104,7 +104,7 @@ class PairMeter:
         self.check(settings)
         self._format: tuple[tuple[int, ...], str, str] | None = None
         self._cuts = CutDetector()
-        self._guard = FixedGuard(enabled=settings.guards)
+        self._guard = FixedGuard()
         self._road = RoadCamera(pitch_deg=settings.camera_pitch_deg)
         self._rebuild()
 
@@ -132,7 +132,7 @@ class PairMeter:
         """Apply other settings, which ``check`` has accepted."""
         before, self._settings = self._settings, settings
         if settings.code_source is not before.code_source:
-            self._guard = FixedGuard(enabled=settings.guards)
+            self._guard = FixedGuard()
             self._exclude()
         if (settings.view, settings.code_source) != (before.view, before.code_source):
             self._rebuild()
@@ -183,39 +183,29 @@ class PairMeter:
             The frame cannot be used. The state is unchanged.
 
         """
+        guards, road_camera = self._settings.guards, self._road_camera
         pair = self._compare(
-            frame, picture, times, encoding,
-            speed=known.speed if self._settings.guards else None)
+            frame, picture, times, encoding, speed=known.speed if guards else None)
         if times.waited == 0.0:
-            self._guard.start(picture)
-            if self._road_camera is not None:
-                self._road.start(picture, self._road_camera)
+            if guards:
+                self._guard.start(picture)
+            if road_camera is not None:
+                self._road.start(picture, road_camera)
             return pair
-        if pair.cut:
-            self._guard.interrupt()
-            if self._settings.guards:
-                # Before the road is measured, as it starts with the roll.
-                if self.camera is not None:
-                    self.camera.cut()
-                self._road.forget()
-                known = KnownMotion()
-        found = self._guard.examine(
-            picture, pair.yaw, None if self.camera is None else self.camera.shift_of(pair.yaw),
-            pair.quality, times.waited, speed=known.speed, yaw_rate=known.yaw_rate)
-        if found.changed:
-            self._exclude()
-        travel = None if self._road_camera is None else self._road.measure(
-            picture, self._road_camera, pair.yaw, times.waited,
-            still=found.quality is Quality.STILL, interval_deviation=times.deviation)
-        quality, fixed, slides = found.quality, found.fixed, found.slides
-        if self._settings.guards and travel is not None:
-            if travel.covered:
-                quality, fixed, slides = Quality.MEASURED, True, False
-            elif (travel.rests and quality is Quality.MEASURED
-                    and (fixed or _may_follow_traffic(pair.yaw, times.waited))):
-                quality = Quality.STILL
-        return replace(
-            pair, quality=quality, blank=found.blank, fixed=fixed, slides=slides, travel=travel)
+        if guards:
+            pair = self._examine(pair, picture, times.waited, known)
+        if road_camera is None:
+            return pair
+        travel = self._road.measure(
+            picture, road_camera, pair.yaw, times.waited, still=pair.quality is Quality.STILL,
+            interval_deviation=times.deviation)
+        pair = replace(pair, travel=travel)
+        if guards and travel.covered:
+            return replace(pair, quality=Quality.MEASURED, fixed=True, slides=False)
+        if (guards and travel.rests and pair.quality is Quality.MEASURED
+                and (pair.fixed or _may_follow_traffic(pair.yaw, times.waited))):
+            return replace(pair, quality=Quality.STILL)
+        return pair
 
     def correlation_map(self) -> NDArray[np.float32]:
         """
@@ -231,6 +221,24 @@ class PairMeter:
     def _road_camera(self) -> YawCamera | None:
         """Return the camera if the distance is measured on the road."""
         return self.camera if self._settings.measures_road else None
+
+    def _examine(
+        self, pair: Comparison, picture: NDArray[np.uint8], waited: float, known: KnownMotion,
+    ) -> Comparison:
+        """Return a pair with what the guard finds, and forget what was before a cut."""
+        if pair.cut:
+            self._guard.interrupt()
+            # Before the road is measured, as it starts with the roll.
+            if self.camera is not None:
+                self.camera.cut()
+            self._road.forget()
+            known = KnownMotion()
+        found = self._guard.examine(
+            picture, pair.yaw, pair.quality, waited, speed=known.speed, yaw_rate=known.yaw_rate)
+        if found.changed:
+            self._exclude()
+        return replace(pair, quality=found.quality, blank=found.blank, fixed=found.fixed,
+                       slides=found.slides)
 
     def _compare(
         self, frame: Frame, picture: NDArray[np.uint8], times: PairTimes, encoding: str, *,
@@ -260,13 +268,16 @@ class PairMeter:
             self._quality.interrupt()
         measured = yaw.shift if self._settings.by_heading and yaw is not None else shift
         if measured is None:
-            return Comparison(shift, yaw, cut=cut)
+            return Comparison(yaw=yaw, cut=cut)
         quality, used = self._quality.judge(measured, self._correlator)
         if yaw is not None:
             agreement = yaw.agreement
         else:
             agreement = float(self._correlator.significance(measured) >= _MIN_SIGNIFICANCE)
-        return Comparison(shift, yaw, quality, used, agreement, cut=cut)
+        if self._settings.by_heading:
+            return Comparison(measured, yaw, quality, agreement=agreement, cut=cut)
+        measured, used = map(self._settings.view.full_shift, (measured, used))
+        return Comparison(measured, yaw, quality, used.dx, agreement, cut=cut)
 
     def _gap(self, interval: float) -> bool:
         return 0.0 < self._settings.max_gap < interval

@@ -6,7 +6,14 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-from phase_traj_ros.core import PairStatus, Shift
+from phase_traj_ros.core import (
+    CodeSource,
+    EstimatorSettings,
+    Lens,
+    PairStatus,
+    Shift,
+    TrajectoryEstimator,
+)
 from phase_traj_ros.core.correlation.quality import Quality
 from phase_traj_ros.core.fixed.guard import FixedGuard
 from phase_traj_ros.core.judge import judge, Verdict
@@ -18,10 +25,10 @@ from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 import pytest
 
 SHIFT = Shift(1.0, 0.0, 0.2)
-GOOD = Comparison(SHIFT, None, Quality.MEASURED, SHIFT, agreement=0.8)
-SCATTERED = Comparison(SHIFT, None, Quality.MEASURED, SHIFT, agreement=0.2)
-STILL = Comparison(SHIFT, None, Quality.STILL, SHIFT, agreement=0.8)
-NOTHING = Comparison(SHIFT, None, Quality.NOTHING, SHIFT, agreement=0.8)
+GOOD = Comparison(SHIFT, None, Quality.MEASURED, agreement=0.8)
+SCATTERED = Comparison(SHIFT, None, Quality.MEASURED, agreement=0.2)
+STILL = Comparison(SHIFT, None, Quality.STILL, agreement=0.8)
+NOTHING = Comparison(SHIFT, None, Quality.NOTHING, agreement=0.8)
 
 
 DARK, DIRTY = replace(GOOD, blank=True), replace(GOOD, fixed=True)
@@ -53,29 +60,28 @@ def turning(yaw=0.02, quality=Quality.MEASURED, among=0.8, **options):
     motion = CameraMotion(
         yaw, 0.0, 0.0, FocusOfExpansion(), 100.0 * among, among, 1e-6, passing=0.0)
     measured = YawMeasurement(Shift(0.2, 0.0, 0.2), yaw, among, motion)
-    return Comparison(None, measured, quality, measured.shift, agreement=0.8, **options)
+    return Comparison(measured.shift, measured, quality, agreement=0.8, **options)
 
 
 def examined(guard, picture, pair, interval=0.1, **known):
     """Return the pair with what the guard finds, and whether the areas have changed."""
-    shift = None if pair.yaw is None else pair.yaw.shift
-    found = guard.examine(picture, pair.yaw, shift, pair.quality, interval, **known)
+    found = guard.examine(picture, pair.yaw, pair.quality, interval, **known)
     return replace(pair, quality=found.quality, blank=found.blank, fixed=found.fixed,
                    slides=found.slides), found.changed
 
 
-def guarded(pictures, pair, *, enabled=True, **known):
+def guarded(pictures, pair, **known):
     """Return a guard that has seen the pictures with such pairs, and the newest pair."""
-    guard = FixedGuard(enabled=enabled)
+    guard = FixedGuard()
     guard.start(pictures[0])
     for picture in pictures[1:]:
         newest, _ = examined(guard, picture, pair, **known)
     return guard, newest
 
 
-def judged_after(pictures, pair, *, enabled=True, admitted=True, **known):
+def judged_after(pictures, pair, *, admitted=True, **known):
     """Return the verdict on the last of these pictures."""
-    return judge(guarded(pictures, pair, enabled=enabled, **known)[1], admitted=admitted)
+    return judge(guarded(pictures, pair, **known)[1], admitted=admitted)
 
 
 @pytest.fixture(scope='module')
@@ -142,12 +148,10 @@ def seen_through_dirt(street):
     return pictures
 
 
-def test_where_only_dirt_agrees_the_yaw_is_rejected_in_auto_alone(street):
-    pictures = seen_through_dirt(street)
-    verdict = judged_after(pictures, turning())
+def test_where_only_dirt_agrees_the_yaw_is_rejected(street):
+    verdict = judged_after(seen_through_dirt(street), turning())
     assert (verdict.status, verdict.evidence) == (PairStatus.NO_MEASUREMENT, Evidence.FIXED)
     assert verdict.yaw.yaw is None
-    assert judged_after(pictures, turning(), enabled=False).evidence is Evidence.TRUSTED
 
 
 @pytest.mark.parametrize(('passing', 'evidence'), [
@@ -182,7 +186,7 @@ def test_a_cut_does_not_make_the_next_scene_doubtful(street):
 
 def test_what_is_fixed_is_told_when_it_is_found_and_kept_over_a_reset(street):
     """A bar that is never lit covers a quarter of the picture."""
-    guard, told = FixedGuard(enabled=True), []
+    guard, told = FixedGuard(), []
     guard.start(street[0])
     for picture in street[1:]:
         barred = picture.copy()
@@ -205,10 +209,13 @@ def test_frames_that_are_not_compared_end_what_was_seen_before(street, apart):
     assert judge(pair).evidence is Evidence.TRUSTED
 
 
-def test_without_guards_nothing_is_left_out(street):
+@pytest.mark.parametrize('source', [CodeSource.AUTO, CodeSource.HEADING])
+def test_only_in_auto_something_is_left_out(street, source):
     """A bar that is never lit covers a quarter of the picture."""
-    barred = [picture.copy() for picture in street]
-    for picture in barred:
-        picture[:, :40] = 0
-    guard, _ = guarded(barred, turning(), enabled=False)
-    assert guard.excluded is None
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        code_source=source, lens=Lens(focal_px=150.0)))
+    for number, picture in enumerate(street):
+        barred = picture.copy()
+        barred[:, :40] = 0
+        estimator.update(barred, number * 10 ** 8)
+    assert (estimator.left_out is not None) == (source is CodeSource.AUTO)

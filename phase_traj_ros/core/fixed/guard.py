@@ -31,11 +31,10 @@ class Findings:
 
 
 class FixedGuard:
-    """Detects the fixed areas of a drive, if enabled, and what they explain."""
+    """Detects the fixed areas of a drive, and what they explain."""
 
-    def __init__(self, *, enabled: bool) -> None:
+    def __init__(self) -> None:
         """Make a guard that has seen no frame."""
-        self._enabled = enabled
         self._areas = FixedAreas()
 
     def interrupt(self) -> None:
@@ -49,32 +48,30 @@ class FixedGuard:
 
     def start(self, picture: Frame) -> None:
         """Take the first frame of a drive, (H, W)."""
-        if self._enabled:
-            self._add(picture, None, 0.0)
+        self._add(picture, None, 0.0)
 
     def examine(
-        self, picture: Frame, yaw: YawMeasurement | None, shift: Shift | None,
-        quality: Quality | None, interval: float, *, speed: float | None = None,
-        yaw_rate: float = 0.0,
+        self, picture: Frame, yaw: YawMeasurement | None, quality: Quality | None,
+        interval: float, *, speed: float | None = None, yaw_rate: float = 0.0,
     ) -> Findings:
         """
         Take the next frame, (H, W), and return what its pair shows.
 
-        ``yaw``, ``shift`` and ``quality`` are those of the pair, the shift in pixels of the frame,
-        None if it cannot be compared; ``interval`` is its time in seconds. ``speed``, in camera
-        heights per second, None if it is unknown, and ``yaw_rate``, in radians per second, are
-        those before the pair.
+        ``yaw`` and ``quality`` are those of the pair, None if it cannot be compared; ``interval``
+        is its time in seconds. ``speed``, in camera heights per second, None if it is unknown, and
+        ``yaw_rate``, in radians per second, are those before the pair.
         """
         traffic = yaw is not None and yaw.is_traffic
         # Traffic that moves does not make the scene behind it fixed to the camera.
-        changed = self._enabled and self._add(picture, None if traffic else shift, interval)
+        shift = None if yaw is None or traffic else yaw.shift
+        changed = self._add(picture, shift, interval)
         if quality is Quality.STILL and not self._stands(yaw, interval, yaw_rate):
             quality = Quality.MEASURED
         if traffic and quality is Quality.MEASURED:
             quality = Quality.STILL
         fixed = slides = False
-        if yaw is not None and shift is not None and quality is not Quality.STILL:
-            fixed = self._only_fixed_agree(yaw, shift)
+        if yaw is not None and quality is not Quality.STILL:
+            fixed = self._only_fixed_agree(yaw)
             slides = fixed and self._slides(yaw, speed)
         return Findings(quality, self._areas.blank, fixed, slides, changed)
 
@@ -102,12 +99,12 @@ class FixedGuard:
                                  and abs(before) > ROAD.driving_yaw_rate)))
         return not (self._areas.only_horizon_unchanged or (turns and self._areas.moving))
 
-    def _only_fixed_agree(self, yaw: YawMeasurement, shift: Shift) -> bool:
+    def _only_fixed_agree(self, yaw: YawMeasurement) -> bool:
         """Return whether only areas fixed to the camera may agree on the yaw."""
         # A scene that passes by is not fixed, however little of the image moves.
         passes = yaw.certain and yaw.motion is not None and yaw.motion.passing > TUNING.min_passing
         return not self._areas.sufficient or (
-            not passes and self._areas.doubts(shift, agreed=yaw.motion is not None))
+            not passes and self._areas.doubts(yaw.shift, agreed=yaw.motion is not None))
 
     def _slides(self, yaw: YawMeasurement, speed: float | None) -> bool:
         """Return whether the road slides by at this speed, and most blocks agree on one motion."""

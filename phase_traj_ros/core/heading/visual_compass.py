@@ -6,21 +6,18 @@ from dataclasses import dataclass
 import math
 
 from phase_traj_ros.core.camera.lens import Lens
-from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
 from phase_traj_ros.core.heading.tuning import TUNING
 from phase_traj_ros.core.heading.turns import Turn, TurnDetector
-from phase_traj_ros.core.heading.yaw_camera import limited_tan, YawCamera
+from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 
 
 @dataclass(frozen=True, slots=True)
 class HeadingUpdate:
-    """Heading, shift and turns of one pair of frames."""
+    """Heading and turns of one pair of frames."""
 
     step: HeadingStep
-    shift: Shift | None
-    """Shift at the centre of the image, in pixels of the full frame; None if not comparable."""
     turns: tuple[Turn, ...] = ()
     """Turns whose end was detected with this pair."""
     quarters: tuple[int, ...] = ()
@@ -36,7 +33,6 @@ class VisualCompass:
         """Make a compass at heading 0, for the yaws that ``camera`` measures."""
         self.camera = camera
         """Camera, which measures the yaw."""
-        self._response = 0.0
         self.restart()
 
     @property
@@ -75,10 +71,7 @@ class VisualCompass:
 
     def foresee(self, waited: float) -> HeadingUpdate:
         """Return the update of a frame that is foreseen, ``waited`` seconds after the newest."""
-        step = self.tracker.foresee(waited, self.camera.foreseen_deviation)
-        return HeadingUpdate(step, Shift(
-            self.camera.focal_px * limited_tan(step.yaw * self.camera.tilt), 0.0,
-            self._response))
+        return HeadingUpdate(self.tracker.foresee(waited, self.camera.foreseen_deviation))
 
     def admits(self, measurement: YawMeasurement | None, interval: float) -> bool:
         """Return whether ``add`` would accept the yaw of a measurement; False without a yaw."""
@@ -103,15 +96,14 @@ class VisualCompass:
         if measurement is None:
             step = self.tracker.update(None, interval)
         else:
-            yaw, self._response = measurement.yaw, measurement.shift.response
+            yaw = measurement.yaw
             step = self.tracker.update(
                 None if yaw is None else yaw / self.camera.tilt, interval,
                 certain=measurement.certain, variance=measurement.variance,
                 share=measurement.share)
         turns = self._turns.update(stamp_ns, step.heading, distance, rate=step.rate, frames=frames)
         update = HeadingUpdate(
-            step, self.camera.shift_of(measurement), tuple(turns), self._turns.quarters,
-            self._contradicts(step.heading))
+            step, tuple(turns), self._turns.quarters, self._contradicts(step.heading))
         self._correct(self.camera.learn(stamp_ns))
         return update
 

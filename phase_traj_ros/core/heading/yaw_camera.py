@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures the yaw in the frames of a camera, whose lens is given or learned from the drive."""
 
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -184,7 +185,8 @@ class YawCamera:
         """
         Return the yaw measurement of the next frame, None for the first frame of a pair.
 
-        For ``interval`` and ``speed``, see ``YawMeter.update``.
+        Its shift is that at the centre of the image, in pixels of the full frame. For ``interval``
+        and ``speed``, see ``YawMeter.update``.
 
         Raises
         ------
@@ -207,9 +209,14 @@ class YawCamera:
             yaw = None if seen is None else seen.yaw
             self._learned |= self._learning.update(
                 upright(frame, rotate_180=self.rotate_180),
-                0.0 if yaw is None else self._focal[0] * limited_tan(yaw), interval,
+                0.0 if yaw is None else self.shift_by(yaw), interval,
                 reverses=None if seen is None else seen.reverses)
-        return measurement
+        if measurement is None:
+            return None
+        shift = measurement.shift
+        return replace(measurement, shift=Shift(
+            self.shift_by(shift.dx / self._px_per_rad),
+            shift.dy * (self._focal[1] / self._px_per_rad), shift.response))
 
     def learn(self, stamp_ns: int) -> float | None:
         """
@@ -245,14 +252,14 @@ class YawCamera:
         assert self._meter is not None
         return self._meter.foreseen_deviation
 
-    def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
-        """Return the shift at the centre of the image, in pixels of the full frame."""
-        if measurement is None:
-            return None
-        shift = measurement.shift
-        return Shift(
-            self._focal[0] * limited_tan(shift.dx / self._px_per_rad),
-            shift.dy * (self._focal[1] / self._px_per_rad), shift.response)
+    def shift_by(self, angle: float) -> float:
+        """
+        Return the shift to the right at the centre of the image, in pixels of the full frame.
+
+        It is that of a turn to the left by this ``angle`` about the vertical axis of the camera,
+        in radians, which is limited to what a picture may show.
+        """
+        return self._focal[0] * math.tan(min(max(angle, -1.5), 1.5))
 
     def _update_learning_mask(self) -> None:
         if self._learning is not None:
@@ -304,8 +311,3 @@ class YawCamera:
         self._px_per_rad = projection.px_per_rad
         self._shape = frame.shape
         return meter
-
-
-def limited_tan(angle: float) -> float:
-    """Return the tangent of an angle in radians, limited to what a picture may show."""
-    return math.tan(min(max(angle, -1.5), 1.5))

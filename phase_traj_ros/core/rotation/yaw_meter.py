@@ -34,7 +34,7 @@ class YawMeasurement:
     Yaw measurement of one pair of frames.
 
     shift
-        Shift of the image as a whole, in pixels of the cylinder.
+        Shift of the image as a whole, in pixels of the cylinder (see ``YawCamera.measure``).
     yaw
         Yaw in radians, positive to the left; None if it could not be measured.
     agreement

@@ -43,15 +43,15 @@ def test_heading_of_a_distorted_camera(name, upside_down):
 
 def test_shift_of_the_picture_is_that_of_its_middle():
     camera, frames = turning('barrel')
-    estimator = VisualCompass(YawCamera(Lens(camera=replace(camera))))
-    assert estimator.camera.focal_px == 0.0
-    assert estimator.camera.measure(frames[3], 0.1) is None
-    assert estimator.camera.focal_px == camera.fx
-    update = estimator.add(estimator.camera.measure(frames[4], 0.1), TENTH, 0.1)
-    assert update.shift.dx == pytest.approx(camera.fx * math.tan(math.radians(STEPS[4])), abs=0.5)
+    own = YawCamera(Lens(camera=replace(camera)))
+    assert own.focal_px == 0.0
+    assert own.measure(frames[3], 0.1) is None
+    assert own.focal_px == camera.fx
+    shift = own.measure(frames[4], 0.1).shift
+    assert shift.dx == pytest.approx(camera.fx * math.tan(math.radians(STEPS[4])), abs=0.5)
 
 
-def test_a_foreseen_shift_is_that_of_a_yaw_that_goes_on():
+def test_a_yaw_that_goes_on_is_foreseen():
     camera = CameraModel(width=320, height=240, fx=300.0, fy=200.0, cx=160.0, cy=120.0)
     compass = VisualCompass(YawCamera(Lens(camera=camera)))
     compass.camera.measure(np.zeros(camera.shape, np.uint8), 0.1)
@@ -59,8 +59,7 @@ def test_a_foreseen_shift_is_that_of_a_yaw_that_goes_on():
     compass.add(YawMeasurement(Shift(0.0, 0.0, 0.3), 0.02, 1.0), TENTH, 0.1)
     seen = compass.foresee(0.05)
     assert seen.step.heading == pytest.approx(0.03)
-    assert (seen.shift.dx, seen.shift.dy) == pytest.approx((300.0 * math.tan(0.01), 0.0))
-    assert seen.shift.response == 0.3
+    assert compass.camera.shift_by(seen.step.yaw) == pytest.approx(300.0 * math.tan(0.01))
     assert seen.turns == seen.quarters == () and not seen.contradicts
 
 
