@@ -18,6 +18,7 @@ from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.frames.pixel_weights import PixelWeights, upright
 from phase_traj_ros.core.rotation.camera_roll import CameraRoll
 from phase_traj_ros.core.rotation.focus_of_expansion import Mounting
+from phase_traj_ros.core.rotation.tuning import TUNING
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
@@ -249,8 +250,7 @@ class YawCamera:
     @property
     def foreseen_deviation(self) -> float:
         """Return the standard deviation in radians of a yaw that is foreseen."""
-        assert self._meter is not None
-        return self._meter.foreseen_deviation
+        return TUNING.foreseen_tolerance_px / 2 / self._px_per_rad
 
     def shift_by(self, angle: float) -> float:
         """

@@ -169,11 +169,6 @@ class YawMeter:
         error = self._scanline.shift_error(frame, foreseen)
         return error is not None and abs(error) <= TUNING.foreseen_tolerance_px
 
-    @property
-    def foreseen_deviation(self) -> float:
-        """Return the standard deviation in radians of a yaw that is foreseen."""
-        return TUNING.foreseen_tolerance_px / 2 / self._projection.px_per_rad
-
     def update(
         self, frame: NDArray[np.uint8], interval: float, *, speed: float | None = None,
     ) -> YawMeasurement | None:
