@@ -137,7 +137,7 @@ class _Stretch:
     """A part of a turn: the points observed in its steps so far."""
 
     def __init__(self, first: Frame, mask: NDArray[np.uint8] | None) -> None:
-        self._reduction = _reduction(first.shape[1])
+        self._reduction = math.ceil(first.shape[1] / TUNING.tracked_px)
         self._height, self._width = (side // self._reduction for side in first.shape)
         self._apart = max(TUNING.min_distance_px, round(self._width * TUNING.min_distance_share))
         small = self._width < TUNING.small_px
@@ -162,10 +162,10 @@ class _Stretch:
             return True
         if not self._observations:
             # Delayed until the motion has lasted for a while, unlike most shakes.
-            self._picture, self._allowed = _reduced(self._first), self._open_area()
+            self._picture, self._allowed = self._reduced(self._first), self._open_area()
             self._record()
         turns_back = moved * self._steps[-1][0] < 0.0 and not small
-        if turns_back or not self._track(_reduced(frame), moved):
+        if turns_back or not self._track(self._reduced(frame), moved):
             return False
         self._step += self._motion
         self._motion[:] = 0.0
@@ -196,6 +196,10 @@ class _Stretch:
             flow * self._reduction, seconds, self._reduction,
         ).of((counts >= 3) & np.isin(np.arange(len(counts)), best))
         return tracks if len(np.unique(tracks.point)) >= TUNING.min_points else None
+
+    def _reduced(self, frame: Frame) -> Bytes:
+        """Return the frame, uint8, reduced to the width for tracking."""
+        return np.asarray(reduced(frame, self._reduction, self._reduction), np.uint8)
 
     def _open_area(self) -> Bytes:
         """Return a mask that is 255 where points may be, else 0."""
@@ -261,13 +265,3 @@ class _Stretch:
             before, after, points, guess, winSize=(self._window, self._window),
             maxLevel=TUNING.pyramid_levels, criteria=_STOP, flags=cv2.OPTFLOW_USE_INITIAL_FLOW)
         return np.asarray(found, np.float32), state.ravel() == 1
-
-
-def _reduction(width: int) -> int:
-    return math.ceil(width / TUNING.tracked_px)
-
-
-def _reduced(frame: Frame) -> Bytes:
-    """Return the frame, uint8, reduced to the width for tracking."""
-    factor = _reduction(frame.shape[1])
-    return np.asarray(reduced(frame, factor, factor), np.uint8)
