@@ -4,9 +4,7 @@
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
-
-Numbers = NDArray[np.float64]
+from phase_traj_ros.core.camera.lens_family import Numbers
 
 # Multiplications in a block: half of those from which OpenBLAS uses several threads.
 _MAX_BLOCK = 1 << 17

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 import math
 
 import numpy as np
-from phase_traj_ros.core.calibration.algebra import Numbers
 from phase_traj_ros.core.calibration.self_calibration import guesses_for, SelfCalibration
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_fit import fit_turn, TurnFit
@@ -19,7 +18,7 @@ from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.horizon import HorizonEstimator
 from phase_traj_ros.core.camera.lens import Lens
-from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
+from phase_traj_ros.core.camera.lens_family import Numbers, PINHOLE, STRAIGHTNESS_RANGE
 from phase_traj_ros.core.camera.tuning import TUNING as CAMERA
 
 # The grid: logarithms of the focal length in image widths, and straightnesses.

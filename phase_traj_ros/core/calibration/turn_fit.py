@@ -26,13 +26,13 @@ from phase_traj_ros.core.calibration.algebra import (
     batch_matvec,
     cross_matrices,
     matvec,
-    Numbers,
     rotation_matrices,
     transposed_product,
 )
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
 from phase_traj_ros.core.camera.lens_family import (
+    Numbers,
     project,
     projection_jacobians,
     STRAIGHTNESS_RANGE,

@@ -15,8 +15,8 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.calibration.algebra import Numbers
 from phase_traj_ros.core.calibration.tuning import TUNING
+from phase_traj_ros.core.camera.lens_family import Numbers
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.view import reduced
 
