@@ -81,11 +81,6 @@ class CameraEstimate:
         OneNumberLens(self.focal_px, self.straightness)
 
     @property
-    def lens(self) -> OneNumberLens:
-        """Return the lens."""
-        return OneNumberLens(self.focal_px, self.straightness)
-
-    @property
     def horizon(self) -> Horizon:
         """Return the tilt of the camera."""
         return Horizon(*map(math.radians, (
@@ -94,7 +89,8 @@ class CameraEstimate:
     @property
     def hfov_deg(self) -> float:
         """Return the horizontal field of view in degrees, from edge to edge."""
-        return self.lens.hfov_deg(self.width, column=self.column_px)
+        lens = OneNumberLens(self.focal_px, self.straightness)
+        return lens.hfov_deg(self.width, column=self.column_px)
 
     @property
     def field_of_view(self) -> FieldOfView:
