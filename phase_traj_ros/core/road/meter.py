@@ -76,7 +76,7 @@ class RoadMeter:
         self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
         self._standstill.forget()
-        self._view.forget()
+        self._view.key_frame = None
         self._key = RoadKeyframe()
 
     def start(self, frame: Frame, roll: float | None = None) -> None:
@@ -153,7 +153,7 @@ class RoadMeter:
             view.discard()
         else:
             view.follow(self.pitch.mounting, self._azimuth, may_change=key.age <= interval)
-        if not view.patches or not view.has_keyframe:
+        if not view.patches or view.key_frame is None:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured, turns=turns)
         for patch in view.patches:

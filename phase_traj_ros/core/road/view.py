@@ -27,8 +27,8 @@ class RoadView:
         self._matchers: tuple[PatchMatcher, ...] | None = None
         self.pitch = self._azimuth = 0.0
         """Pitch of the camera for which the patches are made, in radians, positive down."""
-        # The frame of the keyframe, and its roll.
-        self._key_frame: Frame | None = None
+        self.key_frame: Frame | None = None
+        """Frame with which the next ones are compared; None if there is none."""
         self._key_roll = 0.0
 
     @property
@@ -41,19 +41,10 @@ class RoadView:
         """Return whether too little of the road is in view."""
         return self._matchers == ()
 
-    @property
-    def has_keyframe(self) -> bool:
-        """Return whether there is a frame to compare with."""
-        return self._key_frame is not None
-
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """Make the patches again if this is another mask."""
         if mask is not self._mask:
             self._mask, self._matchers = mask, None
-
-    def forget(self) -> None:
-        """Forget the keyframe."""
-        self._key_frame = None
 
     def discard(self) -> None:
         """Discard the patches: the tilt is too uncertain."""
@@ -81,18 +72,18 @@ class RoadView:
         self._matchers = tuple(
             PatchMatcher(patch, least_offset=least)
             for patch in patches if patch.share > TUNING.min_seen)
-        if self._key_frame is not None:
-            self.restart(self._key_frame, self._key_roll)
+        if self.key_frame is not None:
+            self.restart(self.key_frame, self._key_roll)
 
     def restart(self, frame: Frame, roll: float) -> None:
         """Make the first frame of a pair, (H, W), the keyframe; see ``lean`` for its roll."""
-        self._key_frame, self._key_roll = frame, roll
+        self.key_frame, self._key_roll = frame, roll
         for patch in self.patches:
             patch.restart(frame, self.lean(roll))
 
     def renew(self, frame: Frame, roll: float, *, learns: bool) -> None:
         """Make the newest projected frame the keyframe; the patches may learn from it."""
-        self._key_frame, self._key_roll = frame, roll
+        self.key_frame, self._key_roll = frame, roll
         for patch in self.patches:
             if learns:
                 patch.learn()
