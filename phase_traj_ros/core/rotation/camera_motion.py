@@ -124,17 +124,13 @@ class MotionFit:
                 if best is None or (other is not None and other.agreeing > best.agreeing):
                     best = other
             if reverses:
+                back = self._solved(points, travel, median, sign=-1.0)
                 least = max(TUNING.min_agreement * total, 0.0 if best is None else best.agreeing)
-                best = self._in_reverse(points, travel, median, least) or best
+                # What rests agrees with forward, too: beside a leader that pulls away, the whole
+                # scene.
+                if back is not None and back.receding > least:
+                    best = back
         return None if best is None else self._motion(best, total)
-
-    def _in_reverse(
-        self, points: Numbers, travel: FocusOfExpansion, yaw: float, least: float,
-    ) -> '_Equations | None':
-        """Return the solution in reverse, if more than the weight ``least`` recedes in it."""
-        solution = self._solved(points, travel, yaw, sign=-1.0)
-        # What rests agrees with forward, too: beside a leader that pulls away, the whole scene.
-        return solution if solution is not None and solution.receding > least else None
 
     def _solved(
         self, points: Numbers, travel: FocusOfExpansion, yaw: float, *, sign: float = 1.0,
