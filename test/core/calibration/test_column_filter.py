@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator, View
-from phase_traj_ros.core.calibration.column_filter import ColumnFilter
+from phase_traj_ros.core.calibration.column_calibration import ColumnFilter
 from phase_traj_ros.core.calibration.turn_fit import TurnFit
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
