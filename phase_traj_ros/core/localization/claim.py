@@ -69,10 +69,6 @@ class DepartureDetector:
         self._settings = settings
         self._past: deque[tuple[float, float]] = deque()
 
-    def reset(self) -> None:
-        """Forget the evidence so far."""
-        self._past.clear()
-
     def follow(self, travelled: float, evidence: float) -> bool:
         """
         Take the evidence for a leading place; return whether the vehicle has just left the roads.

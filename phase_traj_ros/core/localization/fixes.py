@@ -39,10 +39,6 @@ class Track:
         """Make an empty track."""
         self._past: deque[tuple[int, complex, float]] = deque()
 
-    def reset(self) -> None:
-        """Delete all positions: the odometry was interrupted."""
-        self._past.clear()
-
     def add(self, stamp_ns: int, position: complex, travelled: float) -> None:
         """
         Append a position of the odometry, and the metres travelled up to it.

@@ -276,7 +276,7 @@ class MapLocator:
             near.log_weight += total - near.log_total
             self._hypotheses = self._hypotheses.joined(near)
         self._claim.drop()
-        self._departure.reset()
+        self._departure = DepartureDetector(self._settings)
         self._past.clear()
 
     def interrupt(self, distance: float, *, turn: float = 0.0) -> None:
@@ -302,7 +302,7 @@ class MapLocator:
             raise ValueError(
                 f'the interruption is of {distance} m and {turn} rad: give numbers of 0 or more')
         self._gate.reset(anywhere=distance > self._settings.moved_m, known=self._claim.leads)
-        self._track.reset()
+        self._track = fixes.Track()
         if distance > self._settings.moved_m:
             self._replace(self._spread(self._settings.moved_m, turn, self._restart()))
             self._add_anywhere(self._settings.moved_anywhere)
@@ -337,7 +337,7 @@ class MapLocator:
         since = self._reckoning.since
         self._reckoning.restart()
         self._past.clear()
-        self._departure.reset()
+        self._departure = DepartureDetector(self._settings)
         return since
 
     def _spread(self, distance: float, turn: float, since: complex) -> Hypotheses:

@@ -84,7 +84,6 @@ class GroundPatch:
         self._maps = cv2.convertMaps(
             columns.astype(np.float32), rows.astype(np.float32), cv2.CV_16SC2)
         self._levelling = levelling
-        self._noise = np.float32(TUNING.noise_levels ** 2)
         self.window = self._weights(sight.seen[self.max_offset:], mask)
         """Weight of each cell, (M, N)."""
         total = float(self.window.sum())
@@ -110,7 +109,7 @@ class GroundPatch:
         patch = np.asarray(self._remapped(frame, offset), np.float32)
         patch -= _smoothed(patch, TUNING.mean_cells)
         contrast = _smoothed(np.square(patch), TUNING.contrast_cells)
-        contrast += self._noise
+        contrast += TUNING.noise_levels ** 2
         np.sqrt(contrast, out=contrast)
         patch /= contrast
         return patch

@@ -75,7 +75,7 @@ class RoadMeter:
         self.pitch.forget_suspension()
         self._profile = SpeedProfile()
         self._mean_pitch_rate = 0.0
-        self._standstill.forget()
+        self._standstill = Standstill(self.speed_filter)
         self._view.key_frame = None
         self._key = RoadKeyframe()
 

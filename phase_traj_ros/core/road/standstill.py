@@ -22,10 +22,6 @@ class Standstill:
     def __init__(self, speeds: SpeedFilter) -> None:
         """Start before the first pair; ``speeds`` is the filter of the speed, which it stops."""
         self._speeds = speeds
-        self.forget()
-
-    def forget(self) -> None:
-        """Restart with the next pair."""
         self.lasts = False
         """Whether the road has rested for long enough to show that the vehicle stands."""
         self.covered = False

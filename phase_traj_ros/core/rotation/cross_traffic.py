@@ -19,10 +19,6 @@ class CrossTraffic:
     def __init__(self, *, still: float) -> None:
         """Start without traffic; a camera that turns by less than ``still`` radians stands."""
         self._still = still
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget everything: the next frame is the first."""
         self.crosses = False
         """Whether the newest motion is that of traffic."""
         # Whether a part of the image moved while the camera did not turn, whether traffic covers

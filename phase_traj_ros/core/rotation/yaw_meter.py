@@ -110,7 +110,6 @@ class YawMeter:
         self._whole_shift = WholeShift(projection, mask)
         # The correlation to use from the next frame on, if the mask has changed.
         self._next_shift: WholeShift | None = None
-        self._traffic = CrossTraffic(still=TUNING.fixed_px / projection.px_per_rad)
         self.roll = roll or CameraRoll(Horizon())
         """Roll of the camera, relative to the vertical and to the road."""
         self._restart()
@@ -132,7 +131,7 @@ class YawMeter:
         self._newest: NDArray[np.uint8] | None = None
         self._scanline: Scanline | None = None
         self._passing = 0.0
-        self._traffic.reset()
+        self._traffic = CrossTraffic(still=TUNING.fixed_px / self._projection.px_per_rad)
         self._speed: float | None = None
         self.mounting.forget_azimuth()
 

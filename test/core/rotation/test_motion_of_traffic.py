@@ -56,16 +56,6 @@ def test_traffic_enters_at_rest_and_ends_with_a_vehicle_that_drives(motions, cro
     assert after(*mirrored) is crosses
 
 
-def test_a_reset_forgets_what_crosses():
-    traffic = CrossTraffic(still=0.001)
-    add(traffic, ENTERS)
-    add(traffic, LORRY)
-    traffic.reset()
-    assert not traffic.crosses
-    add(traffic, LORRY)
-    assert not traffic.crosses
-
-
 def test_nothing_enters_the_view_of_a_vehicle_that_drives():
     traffic = CrossTraffic(still=0.001)
     add(traffic, ENTERS, stood=False)
