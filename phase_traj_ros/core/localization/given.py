@@ -66,8 +66,6 @@ class OdometryStep:
 
     def parts(self, count: int) -> list['OdometryStep']:
         """Return the step in equal parts that follow its arc, at least one."""
-        if count == 1:
-            return [self]
         # The chord of an arc is proportional to the sine of half its angle.
         whole, part = (float(np.sinc(self.yaw / n / math.tau)) for n in (1, count))
         share = part / whole if abs(self.yaw) <= math.pi else 1.0

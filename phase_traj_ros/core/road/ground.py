@@ -128,10 +128,9 @@ class GroundPatch:
         to_road = np.array([
             [CELL, 0.0, self._aside[0]], [0.0, 0.0, 1.0],
             [0.0, -CELL, self._ahead[0] + CELL * offset]])
-        level = self._levelling @ turn @ self._levelling.T
-        if roll:
-            sine, cosine = math.sin(roll), math.cos(roll)
-            level = level @ [[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]
+        sine, cosine = math.sin(roll), math.cos(roll)
+        upright = [[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]
+        level = self._levelling @ turn @ self._levelling.T @ upright
         homography = np.linalg.inv(to_road) @ level @ to_road
         return cv2.warpPerspective(  # type: ignore[return-value]
             patch, homography, (patch.shape[1], patch.shape[0]),
