@@ -13,6 +13,7 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.camera.lens_family import Numbers
 from phase_traj_ros.core.camera.model import CameraModel, ImagePoints
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.windows import Window, window_2d
@@ -22,9 +23,7 @@ CELL = 0.03
 """Side of a cell in camera heights: 5 cm for a camera 1.65 m above the road."""
 
 
-def stretches(
-    camera: CameraModel, levelling: NDArray[np.float64],
-) -> tuple[tuple[float, float], ...]:
+def stretches(camera: CameraModel, levelling: Numbers) -> tuple[tuple[float, float], ...]:
     """
     Return the near and the far stretch of the road that a camera resolves.
 
@@ -53,9 +52,8 @@ class GroundPatch:
     """
 
     def __init__(
-        self, camera: CameraModel, levelling: NDArray[np.float64],
-        stretch: tuple[float, float], *, rotate_180: bool = False,
-        mask: NDArray[np.float32] | None = None,
+        self, camera: CameraModel, levelling: Numbers, stretch: tuple[float, float], *,
+        rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
     ) -> None:
         """
         Compute the mapping from a frame to the patch.
@@ -115,8 +113,7 @@ class GroundPatch:
         return patch
 
     def derotated(
-        self, patch: NDArray[np.float32], turn: NDArray[np.float64], roll: float = 0.0,
-        offset: int = 0,
+        self, patch: NDArray[np.float32], turn: Numbers, roll: float = 0.0, offset: int = 0,
     ) -> NDArray[np.float32]:
         """
         Return a patch (M, N) with a rotation of the camera removed.
@@ -154,7 +151,7 @@ class GroundPatch:
         return window_2d(Window.SQRT_HANN, self.shape) * np.asarray(soft, np.float32)
 
 
-def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
+def rotation(yaw: float, pitch: float, roll: float) -> Numbers:
     """
     Return the matrix (3, 3) that rotates directions by a motion of the camera, in radians.
 
@@ -165,18 +162,15 @@ def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
 
 
 def _rows_per_cell(
-    camera: CameraModel, levelling: NDArray[np.float64], ahead: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    camera: CameraModel, levelling: Numbers, ahead: Numbers,
+) -> tuple[Numbers, NDArray[np.bool_]]:
     """Return the image rows between neighbours of (N,) cells ahead, and if they are resolved."""
     sight = _seen(camera, levelling, np.zeros_like(ahead), ahead)
     rows = np.abs(np.diff(sight.rows))
     return rows, sight.seen[1:] & sight.seen[:-1] & (rows > CELL / TUNING.max_row_spacing)
 
 
-def _seen(
-    camera: CameraModel, levelling: NDArray[np.float64], aside: NDArray[np.float64],
-    ahead: NDArray[np.float64],
-) -> ImagePoints:
+def _seen(camera: CameraModel, levelling: Numbers, aside: Numbers, ahead: Numbers) -> ImagePoints:
     level = np.stack([aside, np.ones_like(aside), ahead], axis=-1)
     return camera.project(*np.moveaxis(level @ levelling, -1, 0))
 
