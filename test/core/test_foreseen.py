@@ -3,6 +3,7 @@
 """At a high frame rate, frames are foreseen between measured ones: what they cost and say."""
 
 from functools import cache
+from itertools import pairwise
 import math
 
 import cv2
@@ -119,6 +120,15 @@ def test_what_is_foreseen_is_within_its_variance():
     deviation = np.sqrt([update.odometry.covariance[2][2] for update in updates])
     foreseen = np.array([update.heading.foreseen > 0.0 for update in updates])
     assert (np.diff(deviation)[foreseen[1:] & ~foreseen[:-1]] > 0.0).all()
+
+
+def test_a_foreseen_shift_is_that_of_the_yaw_with_the_newest_response():
+    _, updates = driven()
+    for newest, update in pairwise(updates):
+        if update.heading.foreseen > 0.0 and newest.heading.foreseen == 0.0:
+            turned = math.tan(update.heading.yaw)
+            assert update.shift.dx == pytest.approx(CAMERA.focal * turned, rel=0.01, abs=1e-6)
+            assert (update.shift.dy, update.shift.response) == (0.0, newest.shift.response)
 
 
 def test_the_parts_add_up():
