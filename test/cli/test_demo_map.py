@@ -5,7 +5,7 @@
 from dataclasses import replace
 import json
 
-from phase_traj_ros.cli.commands.demo_map import distance_off
+from phase_traj_ros.cli.commands.demo import distance_off
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.core.localization.given import OdometryStep
 from phase_traj_ros.errors import ResultError
