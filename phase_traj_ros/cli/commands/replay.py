@@ -19,7 +19,6 @@ from phase_traj_ros.cli.options import (
 )
 from phase_traj_ros.cli.progress import over_passes
 from phase_traj_ros.cli.report import print_doubts, print_result
-from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import Entry
 from phase_traj_ros.tasks.batch.job import replay_source
 
@@ -67,32 +66,23 @@ def run(options: Namespace) -> int | None:
     request = request_of(options, options.sources[0])
     if len(options.sources) > 1 or options.dask is not None:
         return replay_many(request, options)
-    watch = _Stopwatch()
+    # Of the frames in all passes, without what comes after.
+    seconds = 0.0
+
+    def timed(frames: Iterable[Entry], which: str) -> Iterator[Entry]:
+        nonlocal seconds
+        began = time.monotonic()
+        yield from shown(frames, which)
+        seconds += time.monotonic() - began
+
     with request.opened() as source:
         shown = over_passes(total=source.frame_count, title=request.title)
-        result = replay_source(
-            source, request, through=lambda frames, which: watch.over(shown(frames, which)))
-    _print(result, watch.seconds)
-    for written in (request.output, request.bag_out):
-        if written is not None:
-            print(f'written to {written}')
-    return None
-
-
-class _Stopwatch:
-    """Measures how long the processing of frames takes in all passes, without what comes after."""
-
-    def __init__(self) -> None:
-        self.seconds = 0.0
-
-    def over(self, frames: Iterable[Entry]) -> Iterator[Entry]:
-        began = time.monotonic()
-        yield from frames
-        self.seconds += time.monotonic() - began
-
-
-def _print(result: Replay, seconds: float) -> None:
+        result = replay_source(source, request, through=timed)
     print(f'{result.source}: {result.frames} frames in {seconds:.1f} s'
           f' ({result.frames / seconds:.0f} frames/s)')
     print_result(result)
     print_doubts(result)
+    for written in (request.output, request.bag_out):
+        if written is not None:
+            print(f'written to {written}')
+    return None
