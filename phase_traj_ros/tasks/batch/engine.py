@@ -66,7 +66,7 @@ class Note:
 
     def __call__(self, done: int, expected: int | None) -> None:
         """
-        Take the number of frames done and expected, and note them a few times a second.
+        Take the number of frames done and expected, and note the share a few times a second.
 
         Raises
         ------
@@ -79,7 +79,7 @@ class Note:
             return
         self._due = now + _PERIOD_S
         try:
-            self._done.write_text(f'{done} {expected or 0}')
+            self._done.write_text(str(min(done / expected, 0.99) if expected else 0.0))
         except FileNotFoundError:
             raise Stopped from None
         except OSError:
@@ -89,10 +89,9 @@ class Note:
     def fraction(self) -> float:
         """Return the finished share of the job while it is being run."""
         try:
-            done, expected = map(int, self._done.read_text().split())
+            return float(self._done.read_text())
         except (OSError, ValueError):
             return 0.0
-        return min(done / expected, 0.99) if expected else 0.0
 
 
 class Batch:
