@@ -2,16 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes a bag with all messages that the node would have published."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, ExitStack
 from pathlib import Path
 import statistics
 from tempfile import TemporaryDirectory
-from types import TracebackType
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.errors import OutputError, rosbags_missing
@@ -24,9 +21,6 @@ from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.pictures import draw
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import NODE_NAME
-
-if TYPE_CHECKING:
-    from rosbags.interfaces import Qos
 
 SUFFIX = '.mcap'
 DIAGNOSTICS = '/diagnostics'
@@ -79,19 +73,16 @@ class BagSink(Watcher):
         self._debug_images = debug_images
         self._bag = ExitStack()
 
-    def __enter__(self) -> BagSink:
+    def __enter__(self) -> 'BagSink':
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *error: Any) -> None:
         if kind is None:
             last_ns = self._estimator.last_stamp_ns or 0
             self._write_whole(self._schedule.take(last_ns, rest=True), last_ns)
             if self._diagnosed.pending:
                 self._write_diagnostics(last_ns)
-        self._bag.__exit__(kind, error, traceback)
+        self._bag.__exit__(kind, *error)
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
         """Start a bag; it replaces the one before."""
@@ -194,7 +185,7 @@ def _types() -> Any:
     return get_typestore(Stores.ROS2_JAZZY)
 
 
-def _qos(*, latched: bool) -> Qos:
+def _qos(*, latched: bool) -> Any:
     """Return the quality of service of the node, so that ros2 bag play offers the same."""
     from rosbags import interfaces
     endless = interfaces.QosTime(9_223_372_036, 854_775_807)

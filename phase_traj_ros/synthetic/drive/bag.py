@@ -2,12 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes a drive as a rosbag2, with its ground truth."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 import os
 from pathlib import Path
-from typing import Any, TYPE_CHECKING, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from phase_traj_ros.errors import rosbags_missing
@@ -15,9 +13,6 @@ from phase_traj_ros.synthetic.camera import Camera, Pose, quaternion
 from phase_traj_ros.synthetic.drive.drive import Drive, render_drive
 from phase_traj_ros.synthetic.scene.scene import Scene
 from phase_traj_ros.topics import camera_info_topic
-
-if TYPE_CHECKING:
-    from rosbags.interfaces import Connection
 
 #: The topics and coordinate frames of the ground truth and of the vehicle's speed.
 TRUTH_TOPIC = '/ground_truth/pose'
@@ -61,7 +56,7 @@ def write_drive_bag(
                 (TRUTH_TOPIC, 'geometry_msgs/msg/PoseStamped'),
                 (SPEED_TOPIC, 'geometry_msgs/msg/TwistStamped')))
 
-        def write(connection: Connection, stamp_ns: int, frame_id: str, **fields: Any) -> None:
+        def write(connection: Any, stamp_ns: int, frame_id: str, **fields: Any) -> None:
             stamp = store.types['builtin_interfaces/msg/Time'](
                 sec=stamp_ns // 10 ** 9, nanosec=stamp_ns % 10 ** 9)
             header = store.types['std_msgs/msg/Header'](stamp=stamp, frame_id=frame_id)
