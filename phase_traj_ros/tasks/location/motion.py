@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from typing import TypeAlias
 
@@ -76,15 +76,14 @@ class MovedPair:
     @classmethod
     def of(cls, update: Update) -> MovedPair | None:
         """Return the pair of an update; None if the estimator measures no heading or distance."""
-        if update.status is PairStatus.REPEATED:
-            return cls(
-                stamp_ns=update.stamp_ns, interval_ns=update.interval_ns, status=update.status)
+        pair = cls(stamp_ns=update.stamp_ns, interval_ns=update.interval_ns, status=update.status)
+        if pair.status is PairStatus.REPEATED:
+            return pair
         heading, travel = update.heading, update.travel
         if heading is None or travel is None:
             return None
-        return cls(
-            stamp_ns=update.stamp_ns, interval_ns=update.interval_ns, status=update.status,
-            distance=travel.distance if travel.measured else None,
+        return replace(
+            pair, distance=travel.distance if travel.measured else None,
             distance_variance=travel.variance, yaw=heading.yaw, yaw_variance=heading.variance,
             cut=update.cut)
 
