@@ -33,7 +33,7 @@ from phase_traj_ros.io.replay.run import Replay
 
 def write_chain_code(result: Replay, path: Path) -> None:
     """Write codes, turns and camera as JSON; docs/reference/files.md describes the keys."""
-    content: dict[str, Any] = {
+    write_json({
         'source': result.source,
         'frames': result.frames,
         'threshold': result.parameters.settings.threshold_set,
@@ -60,10 +60,8 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'time_resets': result.counters.time_resets,
         'versions': versions(),
         **_way_content(result.way, result.links, unit=result.parameters.settings.length_unit),
-    }
-    if result.links is not None:
-        content['links'] = list(result.links.series)
-    write_json(content, path)
+        **({} if result.links is None else {'links': list(result.links.series)}),
+    }, path)
 
 
 def _heading_content(result: Replay) -> dict[str, Any]:

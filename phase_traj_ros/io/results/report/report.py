@@ -132,12 +132,12 @@ def _health(result: Replay, shown: Overview) -> page.Markup:
         ('longest', _milliseconds(longest_s), longest_s > 1.5 * shown.interval_s),
         ('missing frames, by the stamps', str(shown.missing), shown.missing > 0),
         (f'response below {LOW_RESPONSE:g}', _share(shown.low_responses, pairs),
-         shown.low_responses > 0),
-        ('repeated frames', str(counters.repeated), counters.repeated > 0),
-        ('frames with a stamp out of order', str(counters.dropped), counters.dropped > 0),
-        ('unreadable frames', str(counters.skipped), counters.skipped > 0),
-        ('restarts by jumps of the stamps', str(counters.time_resets), counters.time_resets > 0),
-    ]
+         shown.low_responses > 0)]
+    rows += [(name, str(count), count > 0) for name, count in (
+        ('repeated frames', counters.repeated),
+        ('frames with a stamp out of order', counters.dropped),
+        ('unreadable frames', counters.skipped),
+        ('restarts by jumps of the stamps', counters.time_resets))]
     rows += [
         (f'pairs with status {status}', _share(count, pairs), False)
         for status, count in statuses.most_common()]
