@@ -13,9 +13,8 @@ from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, R
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS
 from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.graph import full_name, why_silent
-from phase_traj_ros.ros.health import Health, Stage
+from phase_traj_ros.ros.health import advice, Health, Stage
 from phase_traj_ros.ros.inputs.image import ImageInput
-from phase_traj_ros.ros.losses import advice
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node

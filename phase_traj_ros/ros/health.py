@@ -1,16 +1,24 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Counts received, lost and rejected images, and measures processing times, without rclpy."""
+"""Counts received, lost and rejected images, and measures times; it does not need rclpy."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 import statistics
 
+from phase_traj_ros.io.params_file import config_folder
+
 _KEPT = 1000
 # A larger step of the numbers of messages comes from another publisher.
 _LONGEST_LOSS = 10_000
+
+PROFILE = 'fastdds_large_images.xml'
+# Either variable names a profile file; the first is the older name.
+_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
+# Default size of the shared memory of Fast DDS; a profile can change it.
+_SEGMENT_BYTES = 512 * 1024
 
 
 class Stage(Enum):
@@ -119,3 +127,26 @@ class Health:
     def response(self) -> float:
         """Return the median response, 0 before the first pair."""
         return statistics.median(self.responses or [0.0])
+
+
+def advice(image_bytes: int, middleware: str, environment: Mapping[str, str]) -> str:
+    """
+    Return what to do about lost images, as the end of a sentence.
+
+    Parameters
+    ----------
+    image_bytes
+        Size of an image as received.
+    middleware
+        Name of the middleware implementation, such as ``rmw_fastrtps_cpp``.
+    environment
+        Environment variables of this process.
+
+    """
+    profiled = any(environment.get(name) for name in _VARIABLES)
+    if image_bytes > _SEGMENT_BYTES // 2 and 'fastrtps' in middleware and not profiled:
+        return (f'an image of {image_bytes / 1e6:.1f} MB is too large for the default shared'
+                f' memory of Fast DDS: set {_VARIABLES[0]}={config_folder() / PROFILE} for the'
+                ' camera driver and for this node')
+    return ('the network loses them, or they arrive faster than they are processed: see p99 in'
+            ' /diagnostics; fewer images per second, or smaller ones, reduce the processing time')

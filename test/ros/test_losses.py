@@ -4,7 +4,7 @@
 
 from pathlib import Path
 
-from phase_traj_ros.ros.losses import advice, PROFILE
+from phase_traj_ros.ros.health import advice, PROFILE
 import pytest
 
 FULL_HD = 1920 * 1080 * 3
