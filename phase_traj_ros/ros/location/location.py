@@ -15,7 +15,6 @@ from phase_traj_ros.io.messages.diagnostics import Level, Report
 from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.parameters import MAP_FRAME, Parameters
 from phase_traj_ros.ros.entities import Entities, LATCHED, PER_PAIR
-from phase_traj_ros.ros.location.map_transform import MapTransform
 from phase_traj_ros.ros.location.messages import (
     candidate_markers,
     fix_message,
@@ -26,6 +25,7 @@ from phase_traj_ros.ros.location.messages import (
 )
 from phase_traj_ros.ros.location.worker import LocatorWorker, Moved
 from phase_traj_ros.ros.outputs.messages import MESSAGES
+from phase_traj_ros.ros.outputs.transform import MapTransform
 from phase_traj_ros.tasks.location.motion import ANYWHERE, Motions, MovedPair
 from phase_traj_ros.tasks.location.odometry import IN_HEIGHTS, IN_METRES
 from phase_traj_ros.tasks.location.run import UNKNOWN

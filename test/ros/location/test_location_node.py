@@ -19,8 +19,8 @@ from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.location import location as module
 from phase_traj_ros.ros.location.location import Location
-from phase_traj_ros.ros.location.map_transform import MapTransform
 from phase_traj_ros.ros.outputs.messages import MESSAGES
+from phase_traj_ros.ros.outputs.transform import MapTransform
 import pytest
 import rclpy
 from sensor_msgs.msg import NavSatFix, NavSatStatus
