@@ -12,7 +12,7 @@ import tempfile
 
 from phase_traj_ros.errors import ForeignFileError, message_of, OutputError
 from phase_traj_ros.io.outputs.commit import writing_to
-from phase_traj_ros.io.results.snapshot import Snapshot
+from phase_traj_ros.io.results.files import Snapshot
 from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.ros.entities import Entities
 from rclpy.callback_groups import ReentrantCallbackGroup

@@ -1,18 +1,24 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the results of a replay as JSON, CSV, TUM and a picture."""
+"""Writes a replay, or the state of a running estimator, as JSON, CSV, TUM and a picture."""
 
 from collections.abc import Iterable
 import csv
+from dataclasses import dataclass
 from decimal import Decimal
 from itertools import chain
 import math
 from pathlib import Path
+from typing import Any
 
-from phase_traj_ros.core import Corner, Update
+import numpy as np
+from phase_traj_ros.core import CameraEstimate, Corner, TrajectoryEstimator, Update
+from phase_traj_ros.io.messages.mounting import Mounting
+from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.results.chain_code import write_chain_code
-from phase_traj_ros.io.results.figures import write_trajectory_picture
+from phase_traj_ros.io.results.camera_file import CAMERA_FILE, write_camera
+from phase_traj_ros.io.results.chain_code import chain_code_of, write_chain_code, write_json
+from phase_traj_ros.io.results.figures import write_path_picture, write_trajectory_picture
 
 RESULT_NAMES = ('chain_code.json', 'shifts.csv', 'trajectory.tum', 'trajectory.png')
 """Names of the files of ``write_results``."""
@@ -32,6 +38,53 @@ def write_results(result: Replay, directory: Path) -> None:
         chain([first], ((update.stamp_ns, update.tip) for update in result.updates)),
         directory / 'trajectory.tum')
     write_trajectory_picture(result, directory / 'trajectory.png')
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """The state of an estimator at one time. It does not change when the estimator continues."""
+
+    content: dict[str, Any]
+    """What chain_code.json contains; the runs are the newest ones, as many as are kept."""
+    corners: tuple[Corner, ...]
+    """Start or oldest kept corner first, current pose last; empty before the first frame."""
+    learned: CameraEstimate | None
+    """Camera as learned from the drive; None if it was not learned."""
+    rotate_180: bool
+    """Whether the camera is mounted upside down."""
+
+    @classmethod
+    def of(cls, estimator: TrajectoryEstimator, mounting: Mounting, *, source: str) -> 'Snapshot':
+        """Take a snapshot of ``estimator``, whose camera is mounted so."""
+        path, heading = estimator.path, estimator.heading
+        return cls(
+            chain_code_of(estimator, mounting, source=source),
+            path.corners if path.tip is None else (*path.corners, path.tip),
+            None if heading is None else heading.camera.learned,
+            estimator.settings.view.rotate_180)
+
+    def write(self, directory: Path) -> None:
+        """
+        Write chain_code.json, trajectory.tum and trajectory.png, completely or not at all.
+
+        If the camera was learned from the drive, write camera.yaml as well.
+
+        Raises
+        ------
+        OutputError
+            The files cannot be written.
+
+        """
+        with output_directory(directory) as staging:
+            write_json(self.content, staging / 'chain_code.json')
+            write_tum(
+                ((corner.stamp_ns, corner) for corner in self.corners),
+                staging / 'trajectory.tum')
+            points = np.array(
+                [(corner.x, corner.y) for corner in self.corners] or [(0, 0)], np.float64)
+            write_path_picture(points, staging / 'trajectory.png')
+            if self.learned is not None:
+                write_camera(self.learned, staging / CAMERA_FILE, rotate_180=self.rotate_180)
 
 
 def write_shifts(result: Replay, path: Path) -> None:

@@ -27,7 +27,7 @@ from phase_traj_ros.core.correlation.transforms import find_transform, transform
 from phase_traj_ros.errors import FrameError, ParameterError, PhaseTrajError
 from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.estimator import make_estimator
-from phase_traj_ros.io.results.snapshot import Snapshot
+from phase_traj_ros.io.results.files import Snapshot
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.diagnostics import Diagnostics

@@ -21,7 +21,7 @@ from phase_traj_ros.errors import ParameterError, SourceError
 from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.results.snapshot import Snapshot
+from phase_traj_ros.io.results.files import Snapshot
 from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters

@@ -23,9 +23,8 @@ from phase_traj_ros.io.messages.diagnostics import MeasurementReporter
 from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.bag import BagSink
-from phase_traj_ros.io.results.files import CSV_COLUMNS, shift_row, write_results
+from phase_traj_ros.io.results.files import CSV_COLUMNS, shift_row, Snapshot, write_results
 from phase_traj_ros.io.results.pictures import draw
-from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 import pytest

@@ -7,7 +7,7 @@ import json
 import numpy as np
 from phase_traj_ros.core import EstimatorSettings, TrajectoryEstimator
 from phase_traj_ros.io.messages.mounting import Mounting
-from phase_traj_ros.io.results.snapshot import Snapshot
+from phase_traj_ros.io.results.files import Snapshot
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic.degradations import sensor_noise
 

@@ -12,9 +12,9 @@ from phase_traj_ros.core import TrajectoryEstimator
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter
 from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.results.files import Snapshot
 from phase_traj_ros.io.results.palette import bgr, DARK
 from phase_traj_ros.io.results.pictures import draw, LeftOutPicture, shade
-from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
