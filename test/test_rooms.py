@@ -33,7 +33,7 @@ FLOORS = {
     'synthetic': (
         'arrays', 'camera', 'textures degradations', 'scene', 'town view', 'drive'),
     'cli': (
-        'ending escaping', 'options progress report', 'commands',
+        'ending escaping', 'options report', 'commands',
         'program', 'main'),
     'ros': (
         'spin health entities graph', 'startup', 'outputs',

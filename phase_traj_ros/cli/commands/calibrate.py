@@ -7,8 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 from phase_traj_ros.cli.options import add_source, Command, SOURCE_HELP, source_of
-from phase_traj_ros.cli.progress import progress
-from phase_traj_ros.cli.report import warn
+from phase_traj_ros.cli.report import progress, warn
 from phase_traj_ros.core import CameraEstimate, CameraInUse, Lens
 from phase_traj_ros.core.camera.estimate import combined
 from phase_traj_ros.errors import ParameterError, ResultError

@@ -8,8 +8,7 @@ import math
 from pathlib import Path
 
 from phase_traj_ros.cli.options import add_force, Command
-from phase_traj_ros.cli.progress import progress
-from phase_traj_ros.cli.report import print_doubts, print_result, turn_words
+from phase_traj_ros.cli.report import print_doubts, print_result, progress, turn_words
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
 from phase_traj_ros.core.codes.text import describe
 from phase_traj_ros.errors import MissingDependencyError, ResultError

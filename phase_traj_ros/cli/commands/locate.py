@@ -14,8 +14,7 @@ from phase_traj_ros.cli.options import (
     request_of,
     SOURCE_HELP,
 )
-from phase_traj_ros.cli.progress import over_passes, progress
-from phase_traj_ros.cli.report import print_camera, print_doubts
+from phase_traj_ros.cli.report import over_passes, print_camera, print_doubts, progress
 from phase_traj_ros.core.localization.given import ScaleRange
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.maps.projection import bearing_deg

@@ -8,8 +8,7 @@ from contextlib import closing
 import math
 
 from phase_traj_ros.cli.options import add_source, Command, SOURCE_HELP, source_of
-from phase_traj_ros.cli.progress import progress
-from phase_traj_ros.cli.report import warn
+from phase_traj_ros.cli.report import progress, warn
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import (
     CalibrationError,

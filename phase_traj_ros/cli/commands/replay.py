@@ -17,8 +17,7 @@ from phase_traj_ros.cli.options import (
     request_of,
     SOURCE_HELP,
 )
-from phase_traj_ros.cli.progress import over_passes
-from phase_traj_ros.cli.report import print_doubts, print_result
+from phase_traj_ros.cli.report import over_passes, print_doubts, print_result
 from phase_traj_ros.io.sources.base import Entry
 from phase_traj_ros.tasks.batch.job import replay_source
 

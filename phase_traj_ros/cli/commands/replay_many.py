@@ -8,8 +8,7 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 import os
 
-from phase_traj_ros.cli.progress import BY_SOURCE, progress
-from phase_traj_ros.cli.report import warn
+from phase_traj_ros.cli.report import BY_SOURCE, progress, warn
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.outputs.manifest import MANIFEST
 from phase_traj_ros.io.outputs.outputs import check_directory
