@@ -56,8 +56,8 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
         if parameters.mask_file:
             mask = user_path(parameters.mask_file).absolute()
             parameters = replace(parameters, mask_file=str(mask))
-        request = replace(request, output=root, parameters=parameters)
-    requests = batch_of(request, sources, taken=(*SUMMARY_NAMES, MANIFEST))
+        request = replace(request, parameters=parameters)
+    requests = batch_of(request, sources, root, taken=(*SUMMARY_NAMES, MANIFEST))
     check_directory(root, names=SUMMARY_NAMES, inputs=requests[0].inputs, force=request.force)
     batch = Batch(requests)
     with (_executor(options, len(requests)) as executor,

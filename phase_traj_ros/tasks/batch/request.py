@@ -97,10 +97,10 @@ class ReplayRequest:
 
 
 def batch_of(
-    request: ReplayRequest, sources: Sequence[Path], *, taken: Sequence[str] = (),
+    request: ReplayRequest, sources: Sequence[Path], root: Path, *, taken: Sequence[str] = (),
 ) -> tuple[ReplayRequest, ...]:
     """
-    Return one request for each source, with a folder of its own in the output of ``request``.
+    Return one request for each source, with a folder of its own in ``root``.
 
     Parameters
     ----------
@@ -108,20 +108,20 @@ def batch_of(
         What to do with each source. Its ``bag_out`` is a name without a folder.
     sources
         The sources.
+    root
+        The output folder.
     taken
-        Names in the output folder that no source may have.
+        Names in it that no source may have.
 
     Raises
     ------
     ParameterError
-        There is no output folder, or the name of the bag has a folder.
+        The name of the bag has a folder.
     OutputError
         An output folder is an input or lies in one, or contains files of someone else.
 
     """
-    root, bag = request.output, request.bag_out
-    if root is None:
-        raise ParameterError('several sources need an output folder, for a folder each')
+    bag = request.bag_out
     if bag is not None and bag.name != str(bag):
         raise ParameterError(
             f'bag_out is {bag}: with several sources, give a name without a folder; each source'

@@ -112,9 +112,8 @@ def test_every_error_is_reported_in_one_line(tmp_path, root, monkeypatch, fault,
 
 def test_a_batch_gives_each_source_a_folder_and_reads_them_all(tmp_path):
     sources = [tmp_path / 'a.mp4', tmp_path / 'b.mp4']
-    request = ReplayRequest(
-        source=sources[0], output=tmp_path / 'out', bag_out=Path('codes.mcap'), one_pass=True)
-    jobs = batch_of(request, sources)
+    request = ReplayRequest(source=sources[0], bag_out=Path('codes.mcap'), one_pass=True)
+    jobs = batch_of(request, sources, tmp_path / 'out')
     assert [job.source for job in jobs] == sources
     assert [job.output for job in jobs] == [tmp_path / 'out' / 'a', tmp_path / 'out' / 'b']
     assert [job.bag_out for job in jobs] == [job.output / 'codes.mcap' for job in jobs]
@@ -125,7 +124,7 @@ def test_no_folder_of_a_batch_is_a_source(tmp_path):
     (tmp_path / 'out' / 'a').mkdir(parents=True)
     sources = [tmp_path / 'b.mp4', tmp_path / 'out' / 'a']
     with pytest.raises(OutputError, match='is an input'):
-        batch_of(ReplayRequest(source=sources[0], output=tmp_path / 'out'), sources)
+        batch_of(ReplayRequest(source=sources[0]), sources, tmp_path / 'out')
 
 
 @pytest.mark.parametrize(('sources', 'names'), [

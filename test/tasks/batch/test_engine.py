@@ -71,9 +71,8 @@ def executor(request, marks):
 
 
 def jobs_for(tmp_path, sources):
-    request = ReplayRequest(
-        source=sources[0], output=tmp_path / 'results', parameters=Parameters(threshold=16.0))
-    return batch_of(request, sources)
+    request = ReplayRequest(source=sources[0], parameters=Parameters(threshold=16.0))
+    return batch_of(request, sources, tmp_path / 'results')
 
 
 def rows_of(batch):
