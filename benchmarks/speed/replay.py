@@ -28,8 +28,7 @@ from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA
-from phase_traj_ros.tasks.batch.job import replay_source
-from phase_traj_ros.tasks.batch.request import ReplayRequest
+from phase_traj_ros.tasks.batch.job import replay_source, ReplayRequest
 
 _FRAMES, _ROUNDS, _WARM_UP = 120, 7, 1
 _FORMATS = ('png', 'jpg')

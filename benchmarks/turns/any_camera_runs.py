@@ -30,8 +30,7 @@ from phase_traj_ros.core.heading.turns import find_turns, Turn
 from phase_traj_ros.io.replay.run import Replay, Watcher
 from phase_traj_ros.io.sources.base import Candidate, FrameSource, StampedFrame
 from phase_traj_ros.io.sources.selection import EVERYTHING
-from phase_traj_ros.tasks.batch.job import replay_source
-from phase_traj_ros.tasks.batch.request import ReplayRequest
+from phase_traj_ros.tasks.batch.job import replay_source, ReplayRequest
 from phase_traj_ros.tasks.evaluation.scores import way_along
 
 #: Thresholds of the paper's state machine, in degrees per second.

@@ -14,7 +14,7 @@ from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameter_spec import Group
 from phase_traj_ros.parameters import Parameters, specs
-from phase_traj_ros.tasks.batch.request import ReplayRequest
+from phase_traj_ros.tasks.batch.job import ReplayRequest
 
 SOURCE_HELP = """\
 SOURCE is one of

@@ -15,8 +15,8 @@ from phase_traj_ros.io.outputs.outputs import check_directory
 from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.tasks.batch.engine import Batch
 from phase_traj_ros.tasks.batch.executors import dask_executor, IsolatedProcesses
+from phase_traj_ros.tasks.batch.job import batch_of, ReplayRequest
 from phase_traj_ros.tasks.batch.outcome import Outcome, Status
-from phase_traj_ros.tasks.batch.request import batch_of, ReplayRequest
 from phase_traj_ros.tasks.batch.summary import CSV_NAME, HTML_NAME, SUMMARY_NAMES, write_summary
 
 EXIT_SOME_FAILED = 1

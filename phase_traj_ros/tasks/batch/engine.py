@@ -19,8 +19,8 @@ from uuid import uuid4
 
 from phase_traj_ros.io.outputs.commit import uninterrupted, writing_to
 from phase_traj_ros.io.outputs.outputs import remove_abandoned, STAGING
+from phase_traj_ros.tasks.batch.job import ReplayRequest
 from phase_traj_ros.tasks.batch.outcome import failure, Outcome, Progress, run_request, Status
-from phase_traj_ros.tasks.batch.request import ReplayRequest
 
 ATTEMPTS = 2
 """How often a replay is tried if its process dies."""

@@ -14,8 +14,7 @@ from phase_traj_ros.errors import message_of
 from phase_traj_ros.io.replay.overview import outline, turn_marks
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import Entry
-from phase_traj_ros.tasks.batch.job import replay_source
-from phase_traj_ros.tasks.batch.request import ReplayRequest
+from phase_traj_ros.tasks.batch.job import replay_source, ReplayRequest
 
 # Tolerance of a thinned route, as a share of its size: the summary draws it 40 pixels wide.
 _ROUTE_DETAIL = 1 / 80

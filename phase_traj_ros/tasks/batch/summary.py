@@ -12,8 +12,8 @@ import numpy as np
 from phase_traj_ros.core import Axes, normalised, to_axes
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.results.report.page import Markup, table, write_page
+from phase_traj_ros.tasks.batch.job import REPORT
 from phase_traj_ros.tasks.batch.outcome import Outcome, Status
-from phase_traj_ros.tasks.batch.request import REPORT
 
 CSV_NAME = 'summary.csv'
 HTML_NAME = 'summary.html'

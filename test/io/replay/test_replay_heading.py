@@ -27,8 +27,7 @@ from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import render_drive, write_drive_bag
 from phase_traj_ros.synthetic.degradations import sensor_noise
-from phase_traj_ros.tasks.batch.job import replay_source
-from phase_traj_ros.tasks.batch.request import ReplayRequest
+from phase_traj_ros.tasks.batch.job import replay_source, ReplayRequest
 import pytest
 
 NARROW = {'code_source': 'heading'}

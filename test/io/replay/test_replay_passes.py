@@ -19,9 +19,8 @@ from phase_traj_ros.io.sources.base import Candidate, FrameSource, StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import EVERYTHING
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.tasks.batch.job import replay_source
+from phase_traj_ros.tasks.batch.job import replay_source, ReplayRequest
 from phase_traj_ros.tasks.batch.outcome import run_request
-from phase_traj_ros.tasks.batch.request import ReplayRequest
 import pytest
 
 WIDE = CameraModel.pinhole((160, 320), 110.0)

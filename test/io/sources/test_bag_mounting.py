@@ -11,8 +11,7 @@ from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.camera import mounting_of
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight
-from phase_traj_ros.tasks.batch.job import replay_source
-from phase_traj_ros.tasks.batch.request import ReplayRequest
+from phase_traj_ros.tasks.batch.job import replay_source, ReplayRequest
 import pytest
 
 SECOND = 1_000_000_000

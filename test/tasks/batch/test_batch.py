@@ -15,9 +15,8 @@ from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.sources.base import SourceFrames
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.tasks.batch.job import replay_source
+from phase_traj_ros.tasks.batch.job import batch_of, folder_names, replay_source, ReplayRequest
 from phase_traj_ros.tasks.batch.outcome import failure, Outcome, run_request, Status
-from phase_traj_ros.tasks.batch.request import batch_of, folder_names, ReplayRequest
 from phase_traj_ros.tasks.batch.summary import COLUMNS, write_summary
 from polyline import off
 import pytest

@@ -14,8 +14,8 @@ from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.tasks.batch import executors
 from phase_traj_ros.tasks.batch.engine import Batch, Note, stop_jobs, Stopped
 from phase_traj_ros.tasks.batch.executors import dask_executor, IsolatedProcesses
+from phase_traj_ros.tasks.batch.job import batch_of, ReplayRequest
 from phase_traj_ros.tasks.batch.outcome import Status
-from phase_traj_ros.tasks.batch.request import batch_of, ReplayRequest
 import pytest
 from rolled import MOVEMENT, write_rolled
 

@@ -7,8 +7,7 @@ import os
 
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.tasks.batch.job import replay_source
-from phase_traj_ros.tasks.batch.request import ReplayRequest
+from phase_traj_ros.tasks.batch.job import replay_source, ReplayRequest
 import pytest
 from rolled import write_rolled
 

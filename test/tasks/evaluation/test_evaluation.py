@@ -15,8 +15,7 @@ from phase_traj_ros.errors import ResultError
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.tasks.batch.job import replay_source
-from phase_traj_ros.tasks.batch.request import ReplayRequest
+from phase_traj_ros.tasks.batch.job import replay_source, ReplayRequest
 from phase_traj_ros.tasks.evaluation import picture
 from phase_traj_ros.tasks.evaluation.evaluate import evaluate
 from phase_traj_ros.tasks.evaluation.ground_truth import GroundTruth
