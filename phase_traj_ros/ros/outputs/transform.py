@@ -41,13 +41,14 @@ class TransformOutput:
                 'publish_tf and publish_map_tf need tf2_msgs: install ros-jazzy-tf2-msgs, or leave'
                 ' both off',
             ) from None
-        self._message = TFMessage
+        self.message_type = TFMessage
+        """Class of the messages."""
         self._publisher = node.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
 
     def publish(self, header: Header, pose: Pose, child_frame: str) -> None:
         """Publish a pose of the vehicle in the frame of ``header`` as a transform."""
         position = pose.position
-        self._publisher.publish(self._message(transforms=[TransformStamped(
+        self._publisher.publish(self.message_type(transforms=[TransformStamped(
             header=header, child_frame_id=child_frame,
             transform=Transform(
                 translation=Vector3(x=position.x, y=position.y, z=position.z),
@@ -78,12 +79,11 @@ class MapTransform:
         self.other = False
         """Whether another node publishes a parent of the frame."""
         self._output = TransformOutput(entities)
-        from tf2_msgs.msg import TFMessage
         for topic, durability in (
                 ('/tf', DurabilityPolicy.VOLATILE),
                 ('/tf_static', DurabilityPolicy.TRANSIENT_LOCAL)):
             entities.create_subscription(
-                TFMessage, topic, self._on_transforms,
+                self._output.message_type, topic, self._on_transforms,
                 QoSProfile(depth=100, durability=durability))
 
     def publish(self, header: Header, pose: Pose) -> None:
