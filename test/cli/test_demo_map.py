@@ -69,3 +69,4 @@ def test_the_demo_is_found_on_its_map(tmp_path, capsys):
     assert names >= {'town.osm', 'town_bag', 'location.html', 'location.csv', 'chain_code.json'}
     content = json.loads((tmp_path / 'demo' / 'chain_code.json').read_text())
     assert content['location']['located'] and content['distance_unit'] == 'm'
+    assert content['location']['map'] == str(tmp_path / 'demo' / 'town.osm')

@@ -4,6 +4,7 @@
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
+from dataclasses import replace
 import math
 from pathlib import Path
 
@@ -155,7 +156,7 @@ def _run_on_map(options: Namespace) -> None:
     with output_directory(options.output, names=names, force=options.force) as directory:
         _render(drive, directory / name)
         write_osm(drive.build_roads(), directory / _MAP, projection=_ORIGIN)
-        roads = read_roads(directory / _MAP)
+        roads = replace(read_roads(directory / _MAP), source=str(options.output / _MAP))
         result = _replay_bag(directory / name, parameters, named=options.output / name)
         write_results(result, directory)
         located = locate(odometry_of(result), roads, near=_TOWN)
