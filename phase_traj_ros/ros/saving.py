@@ -27,7 +27,15 @@ class Saving:
 
     A drive lasts until the node is reset or ends, and is saved then; ``~/save`` saves what there
     is so far. The parameter is read-only: other nodes cannot choose a path.
+
+    Attributes
+    ----------
+    worked
+        Whether the drive that ``close`` ended is saved, if there was one.
+
     """
+
+    worked = True
 
     def __init__(
         self, node: Node, entities: Entities, output_dir: str, take: Callable[[], Snapshot],
@@ -68,9 +76,11 @@ class Saving:
 
     def close(self) -> None:
         """Save the drive and return when everything is written."""
-        self.end_drive()
+        saved = self.end_drive()
         self._writer.shutdown()
         self._closed = True
+        if saved is not None:
+            self.worked, _ = saved.result()
 
     async def answer(self, result: Future) -> tuple[bool, str]:
         """Wait for the ``result`` of a drive that is being saved, and return it."""

@@ -13,6 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 import re
 from threading import Event, Thread
+from typing import TypeVar
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.params_file import check_syntax
@@ -22,6 +23,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+
+AnyNode = TypeVar('AnyNode', bound=Node)
 
 _POLL_S = 0.2
 _PARAMS_FILE = 'params file'
@@ -97,9 +100,9 @@ def names_explained() -> Iterator[None]:
                              f'{what.rstrip(":")[1:]}') from None
 
 
-def spin(make_node: Callable[[], Node], stop: Event) -> None:
+def spin(make_node: Callable[[], AnyNode], stop: Event) -> AnyNode:
     """
-    Make a node and run its callbacks until ``stop`` is set, then destroy it.
+    Make a node, run its callbacks until ``stop`` is set, destroy it, and return it.
 
     Raises
     ------
@@ -113,6 +116,7 @@ def spin(make_node: Callable[[], Node], stop: Event) -> None:
         _run_callbacks(node, stop)
     finally:
         node.destroy_node()
+    return node
 
 
 @contextmanager

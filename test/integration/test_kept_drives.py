@@ -91,6 +91,11 @@ def test_a_drive_that_has_no_place_goes_elsewhere_or_is_said(live, run, tmp_path
     assert not answer.success
     assert answer.message.startswith(
         'restarted after 3 frames; the drive is not saved: cannot write')
+    send(node, rolled([0, 0, 0]), [2, 2.1, 2.2])
+    live.until(lambda: complete(node, 8))
+    said = live.logs().count('the drive is not saved')
+    assert stop(node['process']) == 2
+    assert live.logs().count('the drive is not saved') == said + 1
 
 
 def test_nothing_is_written_where_nothing_came(live, tmp_path):

@@ -52,6 +52,8 @@ class PhaseTrajNode(LifecycleNode):
         super().__init__(NODE_NAME, enable_logger_service=True)
         # Declaring a parameter is not a change, so there is no work yet.
         self._work: Work | None = None
+        self.has_saved = True
+        """Whether every drive that ended with a cleanup, or with the node, is saved."""
         self._failure: Exception | None = None
         self._bond = ExitStack()
         self._live = LiveParameters(self, check=self._check, on_change=self._change)
@@ -135,7 +137,7 @@ class PhaseTrajNode(LifecycleNode):
 
     def _drop_work(self) -> None:
         if self._work is not None:
-            self._work.close()
+            self.has_saved &= self._work.close()
             self._work = None
 
     def _attempt(

@@ -15,7 +15,7 @@ from rclpy.logging import get_logger
 from rclpy.utilities import remove_ros_args
 
 EXIT_OK = 0
-EXIT_BAD_INPUT = 2
+EXIT_FAILURE = 2
 _HELP = """\
 usage: phase_traj_node [-h] [--ros-args ...]
 
@@ -46,8 +46,10 @@ def run(stop: Event, arguments: Sequence[str] | None) -> int:
                     hint = ("assignments come after --ros-args, as in '--ros-args -p"
                             f" {others[0]}'")
                 raise ParameterError(f'unknown argument {others[0]!r}: {hint}')
-            spin(PhaseTrajNode, stop)
+            if not spin(PhaseTrajNode, stop).has_saved:
+                # Which is an error in the log already.
+                return EXIT_FAILURE
     except PhaseTrajError as error:
         get_logger(NODE_NAME).fatal(str(error))
-        return EXIT_BAD_INPUT
+        return EXIT_FAILURE
     return EXIT_OK

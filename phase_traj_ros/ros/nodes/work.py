@@ -174,14 +174,15 @@ class Work:
         self._outputs.publish_state()
         return saved
 
-    def close(self) -> None:
-        """Save the drive, and destroy everything made on the node."""
+    def close(self) -> bool:
+        """Save the drive, and destroy everything made on the node; see ``Saving.close``."""
         with ExitStack() as rest:
             rest.callback(self._offered.destroy)
             if self._location is not None:
                 rest.callback(self._location.close)
             rest.callback(self._saving.close)
             self.stop()
+        return self._saving.worked
 
     def check(self, values: Parameters) -> None:
         """
