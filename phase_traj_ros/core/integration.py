@@ -153,7 +153,8 @@ class Integration:
             near=0.0 if pair.yaw is None or pair.yaw.motion is None else pair.yaw.motion.near,
             metric=self._settings.metric, camera_known=camera_known,
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
-            cut=pair.cut, frames=self.frames - self._measured_frame)
+            cut=pair.cut, frames=self.frames - self._measured_frame,
+            missed=turned.missed if turned is not None and self._settings.by_heading else 0.0)
         whole = Update(
             self.frames - 2, stamp_ns, interval_ns, pair.shift, step, status,
             self._tip, turned, () if heading is None else heading.turns, self._camera_change(),

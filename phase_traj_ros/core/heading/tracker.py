@@ -172,9 +172,11 @@ class HeadingTracker:
 
     def _bridged_variance(self, gap: float) -> float:
         """Return the variance of the yaw after so many seconds without a measurement."""
-        # The rate has a constant error, and a random walk while it fades.
-        walked = self._agility.process_noise * min(gap, TUNING.rate_fading_s) ** 3 / 3
-        return (TUNING.bridged_deviation * gap) ** 2 + walked
+        return (TUNING.bridged_deviation * gap) ** 2 + self._walked(gap)
+
+    def _walked(self, gap: float) -> float:
+        """Return the variance of the integral of a rate that walks at random until it fades."""
+        return self._agility.process_noise * min(gap, TUNING.rate_fading_s) ** 3 / 3
 
     def _correct(self, rate: float, interval: float, certain: bool) -> float:
         """Correct the bridged pairs before an admitted rate; return the standard deviation."""
@@ -186,8 +188,11 @@ class HeadingTracker:
         lasted = min(gap, 2.0 * TUNING.rate_fading_s)
         mean = (self.rate + rate) / 2
         self.heading += mean * lasted - bridged_yaw
-        # The change from one rate to the other may have been at any time within the gap.
-        return math.hypot((rate - self.rate) * gap / math.sqrt(12.0), mean * (gap - lasted))
+        # The change from one rate to the other may have been at any time within the gap. If both
+        # ends of a random walk are known, its integral has a quarter of the variance.
+        return math.hypot(
+            (rate - self.rate) * gap / math.sqrt(12.0), mean * (gap - lasted),
+            math.sqrt(self._walked(gap) / 4.0))
 
     def _bridge(self, yaw: float | None, interval: float) -> None:
         self.bridged += 1

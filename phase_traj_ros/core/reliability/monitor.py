@@ -41,6 +41,7 @@ class ReliabilityMonitor:
         self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, seen: bool = True,
         stands: bool = False, travel: Travel | None = None, near: float = 0.0, metric: bool = True,
         camera_known: bool = True, contradicted: bool = False, cut: bool = False, frames: int = 1,
+        missed: float = 0.0,
     ) -> None:
         """
         Add the next pair.
@@ -50,7 +51,7 @@ class ReliabilityMonitor:
         ``CameraMotion``, 0 if there is none. ``camera_known``: the distance needs no camera, or it
         is known. ``contradicted``: the direction code contradicts the heading. ``cut``: the scene
         changed in the previous pair. ``frames``: number of the second frame minus that of the
-        first one; the pair counts as so many.
+        first one; the pair counts as so many. ``missed``: that of its ``HeadingStep``.
         """
         if not self._parts:
             self._start_ns = self._judged_ns = stamp_ns - interval_ns
@@ -71,6 +72,7 @@ class ReliabilityMonitor:
         part.cuts += cut
         if stands:
             self._still_ns += interval_ns
+        part.missed += missed ** 2
         if seen:
             self._seen_ns = stamp_ns
         elif evidence in _REASONS and stamp_ns - self._seen_ns > TUNING.unmeasured_ns:
@@ -166,6 +168,8 @@ class ReliabilityMonitor:
         reasons = self._distrust()
         if sum(part.cuts for part in self._parts) > TUNING.max_cuts * pairs:
             reasons.append(Reason.MANY_CUTS)
+        if sum(part.missed for part in self._parts) > TUNING.max_missed ** 2:
+            reasons.append(Reason.HEADING_UNKNOWN)
         return reasons
 
     def _distrust(self) -> list[Reason]:
@@ -207,4 +211,5 @@ class _Part:
     start_ns: int
     counts: Counter[Evidence] = field(default_factory=Counter)
     cuts: int = 0
+    missed: float = 0.0
     seconds: float = 0.0

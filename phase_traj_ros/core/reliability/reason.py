@@ -20,6 +20,7 @@ class Reason(Enum):
     NOT_COMPARED = 'not_compared'
     FROZEN = 'frozen'
     FRAMES_LOST = 'frames_lost'
+    HEADING_UNKNOWN = 'heading_unknown'
     DISTANCE_UNKNOWN = 'distance_unknown'
     ROAD_UNCLEAR = 'road_unclear'
     DIRECTION_CONTRADICTS_HEADING = 'direction_contradicts_heading'
@@ -49,6 +50,8 @@ _SENTENCES = {
                          ' apart than max_gap, or they differ in size or encoding.',
     Reason.FROZEN: 'The camera repeats one image, or one stamp, for more than a second.',
     Reason.FRAMES_LOST: 'Parts of the drive have no frames: they were lost, or could not be used.',
+    Reason.HEADING_UNKNOWN: 'A turn may be lost or wrong: the heading was not measured while the'
+                            ' yaw rate changed.',
     Reason.DISTANCE_UNKNOWN: 'The distance of parts of the drive is unknown: the road is not'
                              ' visible, or it moves too far between two frames.',
     Reason.ROAD_UNCLEAR: 'Another motion stands out more on the road than that of the vehicle: the'

@@ -3,6 +3,7 @@
 """The tuning of the reliability monitor, in physical units."""
 
 from dataclasses import dataclass
+import math
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,6 +26,8 @@ class ReliabilityTuning:
     """Above this share of pairs spoilt by a fixed pattern, it may have affected the others too."""
     max_cuts: float = 0.1
     """Cuts per pair: a scene of a few frames does not show a turn."""
+    max_missed: float = math.radians(15.0)
+    """Standard deviation of the corrections of bridged yaws: above it, a turn may be lost."""
     low_rate_s: float = 0.25
     """Above this interval, a low frame rate explains why blocks do not agree."""
 

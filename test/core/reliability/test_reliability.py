@@ -3,6 +3,7 @@
 """A result is reliable if its pairs are; otherwise there are reasons."""
 
 from itertools import pairwise
+import math
 
 from phase_traj_ros.core import (
     CodeSource,
@@ -74,6 +75,20 @@ def test_a_pair_that_covers_foreseen_frames_counts_as_many():
     often = Driven().add('trusted', 5, interval=SECOND // 60).add(
         'fixed', 1.5, interval=SECOND // 60)
     assert often.monitor.verdict().reliable
+
+
+def test_what_gaps_may_have_hidden_of_a_turn_adds_up():
+    def gapped(missed_deg, *, gaps=12):
+        driven = Driven()
+        for _ in range(gaps):
+            driven.add('trusted', 1.9).add('scattered', 0.1, seen=False).add(
+                'trusted', 0.1, missed=math.radians(missed_deg))
+        return driven
+    assert gapped(4.0).monitor.verdict().reliable
+    assert gapped(5.0).monitor.verdict().reasons == (Reason.HEADING_UNKNOWN,)
+    # The verdict is about the last minute.
+    assert gapped(5.0).add('trusted', 100).monitor.verdict().reliable
+    assert gapped(2.5, gaps=40).spans == []
 
 
 def summed_up(**pairs):
