@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Batched rotations, and matrix products that do not depend on the number of threads."""
+"""Batched rotations, and products and solutions of matrices that OpenBLAS does not thread."""
 
 import cv2
 import numpy as np
@@ -8,6 +8,8 @@ from phase_traj_ros.core.camera.lens_family import Numbers
 
 # Multiplications in a block: half of those from which OpenBLAS uses several threads.
 _MAX_BLOCK = 1 << 17
+# Unknowns: a little more than half of those from which it does.
+_MAX_UNKNOWNS = 60
 
 
 def transposed_product(left: Numbers, right: Numbers) -> Numbers:
@@ -21,6 +23,30 @@ def transposed_product(left: Numbers, right: Numbers) -> Numbers:
     first, second = (side[:whole].reshape(-1, block, side.shape[1]) for side in (left, right))
     result: Numbers = (first.transpose(0, 2, 1) @ second).sum(axis=0)
     return result + left[whole:].T @ right[whole:]
+
+
+def solve(matrix: Numbers, right: Numbers) -> Numbers:
+    """
+    Return X of ``matrix @ X = right``, (N, N) and (N, M), the same with any number of threads.
+
+    The matrix is positive definite. A large system is solved by halves: the first half of the
+    unknowns is eliminated from the equations of the second. Threads would gain nothing for these
+    sizes, and wait for work at the cost of a whole core.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        The matrix is singular.
+
+    """
+    size = len(matrix) // 2
+    if len(matrix) <= _MAX_UNKNOWNS:
+        return np.asarray(np.linalg.solve(matrix, right), np.float64)
+    mixed = matrix[size:, :size]
+    eliminated = solve(matrix[:size, :size], np.column_stack([mixed.T, right[:size]]))
+    by_second, alone = eliminated[:, :len(mixed)], eliminated[:, len(mixed):]
+    second = solve(matrix[size:, size:] - mixed @ by_second, right[size:] - mixed @ alone)
+    return np.concatenate([alone - by_second @ second, second])
 
 
 def matvec(matrix: Numbers, vector: Numbers) -> Numbers:

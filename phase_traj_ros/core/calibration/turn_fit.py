@@ -27,6 +27,7 @@ from phase_traj_ros.core.calibration.algebra import (
     cross_matrices,
     matvec,
     rotation_matrices,
+    solve,
     transposed_product,
 )
 from phase_traj_ros.core.calibration.tuning import TUNING
@@ -163,8 +164,8 @@ class _Problem:
                 system = normal + damping * np.diag(np.diag(normal))
                 system -= transposed_product(mixed / damped[:, None], mixed)
                 try:
-                    step: Numbers = np.asarray(-np.linalg.solve(
-                        system, gradient - matvec(mixed.T, point_gradient / damped)), np.float64)
+                    right = matvec(mixed.T, point_gradient / damped) - gradient
+                    step = solve(system, right[:, None])[:, 0]
                 except np.linalg.LinAlgError:
                     return state
                 depth_step = -(point_gradient + matvec(mixed, step)) / damped
@@ -188,11 +189,11 @@ class _Problem:
         """Return the fit of a state with its covariance; None if it is undetermined."""
         normal, mixed, point_normal, _, _ = self._normal(state)
         try:
-            inverse = np.linalg.inv(
-                normal - transposed_product(mixed / point_normal[:, None], mixed))
+            covariance = solve(
+                normal - transposed_product(mixed / point_normal[:, None], mixed),
+                np.eye(len(normal), 3))[:3]
         except np.linalg.LinAlgError:
             return None
-        covariance = np.asarray(inverse[:3, :3], np.float64)
         axis = cv2.Rodrigues(state.attitude[-1] @ state.attitude[0].T)[0][:, 0]
         angle = math.copysign(float(np.linalg.norm(axis)), float(axis[1]))
         if angle == 0.0 or not (np.isfinite(covariance).all() and covariance[0, 0] > 0.0):
