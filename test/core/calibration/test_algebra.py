@@ -12,7 +12,7 @@ import pytest
 
 # Prints the bits of all results.
 PROGRAM = """
-import hashlib, time
+import hashlib
 import numpy as np
 from phase_traj_ros.core.calibration.algebra import solve, transposed_product
 rng, digest = np.random.default_rng(0), hashlib.sha256()
