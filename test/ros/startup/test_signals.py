@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Signals set an event, however many arrive."""
 
-import os
 import signal
 
 from phase_traj_ros.cli.ending import handle_signals, raise_ended
@@ -29,11 +28,11 @@ def test_a_signal_while_the_event_is_set_is_ignored(number):
         def interrupted():
             begun.append(number)
             for each in NUMBERS:
-                os.kill(os.getpid(), each)
+                signal.raise_signal(each)
             finish()
 
         stop.set = interrupted
-        os.kill(os.getpid(), number)
+        signal.raise_signal(number)
         assert stop.is_set()
         assert begun == [number]
     assert all(signal.getsignal(each) is signal.SIG_IGN for each in NUMBERS)
@@ -45,7 +44,7 @@ def test_two_signals_at_the_same_moment_report_nothing(monkeypatch):
     with stop_on_signals() as stop:
         signal.pthread_sigmask(signal.SIG_BLOCK, NUMBERS)
         for number in NUMBERS:
-            os.kill(os.getpid(), number)
+            signal.raise_signal(number)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, NUMBERS)
         assert stop.is_set()
     assert errors == []
@@ -54,7 +53,7 @@ def test_two_signals_at_the_same_moment_report_nothing(monkeypatch):
 def test_a_program_that_a_signal_has_ended_ignores_further_ones():
     handle_signals(raise_ended)
     with stop_on_signals() as stop:
-        os.kill(os.getpid(), signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
         assert stop.is_set()
     assert all(signal.getsignal(each) is signal.SIG_IGN for each in NUMBERS)
 
