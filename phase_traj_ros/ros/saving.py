@@ -27,15 +27,7 @@ class Saving:
 
     A drive lasts until the node is reset or ends, and is saved then; ``~/save`` saves what there
     is so far. The parameter is read-only: other nodes cannot choose a path.
-
-    Attributes
-    ----------
-    worked
-        Whether the drive that ``close`` ended is saved, if there was one.
-
     """
-
-    worked = True
 
     def __init__(
         self, node: Node, entities: Entities, output_dir: str, take: Callable[[], Snapshot],
@@ -59,6 +51,8 @@ class Saving:
             check_writable(self._parent)
         # Drawing takes some tenths of a second. Images must not queue up meanwhile.
         self._writer, self._closed = ThreadPoolExecutor(max_workers=1), False
+        self.worked = True
+        """Whether the drive that ``close`` ended is saved, if there was one."""
         entities.create_service(
             Trigger, '~/save', self._on_save, callback_group=ReentrantCallbackGroup())
 
@@ -153,11 +147,12 @@ def new_folder(parent: Path, node: str) -> Path:
     """
     name = node.strip('/').replace('/', '_')
     with writing_to(parent):
+        parent.mkdir(parents=True, exist_ok=True)
         numbers = count(1)
         while True:
             folder = parent / f'{name}_{next(numbers)}'
             with suppress(FileExistsError):
-                folder.mkdir(parents=True)
+                folder.mkdir()
                 return folder
 
 

@@ -28,3 +28,10 @@ def test_a_place_that_cannot_be_written_is_said_before_the_drive(tmp_path):
     (tmp_path / 'file').write_text('')
     with pytest.raises(OutputError, match=r'cannot write to .*file/below: Not a directory'):
         check_writable(tmp_path / 'file' / 'below')
+
+
+def test_a_disk_that_is_gone_is_an_error_and_not_a_used_number(tmp_path):
+    parent = tmp_path / 'mounted'
+    parent.symlink_to(tmp_path / 'nowhere')
+    with pytest.raises(OutputError, match=r'cannot write to .*mounted: '):
+        new_folder(parent, '/pt')

@@ -39,13 +39,13 @@ def solve(matrix: Numbers, right: Numbers) -> Numbers:
         The matrix is singular.
 
     """
-    size = len(matrix) // 2
     if len(matrix) <= _MAX_UNKNOWNS:
         return np.asarray(np.linalg.solve(matrix, right), np.float64)
-    mixed = matrix[size:, :size]
-    eliminated = solve(matrix[:size, :size], np.column_stack([mixed.T, right[:size]]))
+    half = len(matrix) // 2
+    mixed = matrix[half:, :half]
+    eliminated = solve(matrix[:half, :half], np.column_stack([mixed.T, right[:half]]))
     by_second, alone = eliminated[:, :len(mixed)], eliminated[:, len(mixed):]
-    second = solve(matrix[size:, size:] - mixed @ by_second, right[size:] - mixed @ alone)
+    second = solve(matrix[half:, half:] - mixed @ by_second, right[half:] - mixed @ alone)
     return np.concatenate([alone - by_second @ second, second])
 
 

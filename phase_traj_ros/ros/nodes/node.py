@@ -53,7 +53,7 @@ class PhaseTrajNode(LifecycleNode):
         # Declaring a parameter is not a change, so there is no work yet.
         self._work: Work | None = None
         self.has_saved = True
-        """Whether every drive that ended with a cleanup, or with the node, is saved."""
+        """Whether each drive ended by a cleanup, another mount or the node's end is saved."""
         self._failure: Exception | None = None
         self._bond = ExitStack()
         self._live = LiveParameters(self, check=self._check, on_change=self._change)

@@ -175,7 +175,7 @@ class Work:
         return saved
 
     def close(self) -> bool:
-        """Save the drive, and destroy everything made on the node; see ``Saving.close``."""
+        """Save the drive, destroy all that is made on the node; return ``Saving.worked``."""
         with ExitStack() as rest:
             rest.callback(self._offered.destroy)
             if self._location is not None:
