@@ -88,6 +88,9 @@ class ReliabilityMonitor:
             if self._rivalled_ns is not None and before - self._rivalled_ns < TUNING.unclear_ns:
                 self._spans[Reason.ROAD_UNCLEAR].add(before, stamp_ns)
             self._rivalled_ns = stamp_ns
+        if travel is not None and travel.refuted:
+            wrong_ns = max(before - round(travel.refuted * 1e9), self._start_ns)
+            self._spans[Reason.ROAD_UNCLEAR].add(wrong_ns, before)
         if travel is None or not metric or travel.measured:
             self._measured_ns = stamp_ns
         elif stamp_ns - self._measured_ns > TUNING.unmeasured_ns:

@@ -59,6 +59,8 @@ class RoadMeter:
         self._key = RoadKeyframe()
         self._profile = SpeedProfile()
         self._standstill = Standstill(self.speed_filter)
+        # See ``Travel.refuted``.
+        self._refuted = 0.0
 
     @property
     def needs_every_frame(self) -> bool:
@@ -170,6 +172,7 @@ class RoadMeter:
             found, rivals = again if any(again[0]) else (found, rivals)
         if any(rivals) or not any(found):
             self._add_to_profile(interval, turn, nod)
+        self._refuted = 0.0
         if not any(found):
             found = self._search_further(interval)
         travel = self._combine_slides(list(filter(None, found)), interval)
@@ -179,7 +182,7 @@ class RoadMeter:
         rivalled = (key.passes and all(rivals)
                     and not self._profile.confirms(speeds.speed))
         travel = travel or speeds.bridge(interval, self._measured, turns=turns)
-        return replace(travel, rivalled=rivalled)
+        return replace(travel, rivalled=rivalled, refuted=self._refuted)
 
     def _compare(
         self, interval: float, *, expected: float = 0.0,
@@ -250,6 +253,7 @@ class RoadMeter:
         if best is None:
             return None
         (speed, score), speeds, near = best, self.speed_filter, self._view.patches[0]
+        refuted = speeds.refuted_by(speed)
         least, most = speeds.bounds(TUNING.profile_width * speed)
         if speeds.lost or not least <= speed <= most:
             # When the vehicle brakes, the mean of half a second is too high.
@@ -257,6 +261,7 @@ class RoadMeter:
                 return None
             speeds.forget()
             key.age = interval
+        self._refuted = refuted
         distance = key.distance + speed * interval
         deviation = math.hypot(near.deviation(key), TUNING.acceleration * interval ** 2)
         return RoadSlide(

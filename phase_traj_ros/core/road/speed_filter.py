@@ -88,6 +88,18 @@ class SpeedFilter:
         gate = TUNING.gate * math.hypot(self.observed_deviation, deviation)
         return max(self.speed - gate, least), min(self.speed + gate, most)
 
+    def refuted_by(self, speed: float) -> float:
+        """
+        Return for how long, in seconds, the vehicle cannot have had the last speed.
+
+        ``speed`` is that of a profile, which is sure: its mean over time is the only error. 0 if
+        the last speed is possible, or lost; a vehicle that stood is sure to have done so.
+        """
+        apart, usual = abs(speed - self.speed), TUNING.acceleration * TUNING.profile_s
+        if self.lost or self.standing or apart <= TUNING.gate * (self.deviation + usual):
+            return 0.0
+        return apart / (TUNING.gate * TUNING.acceleration)
+
     def add(self, speed: float, variance: float) -> None:
         """Add a measured speed."""
         apart = abs(speed - self.speed)

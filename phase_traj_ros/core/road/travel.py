@@ -51,6 +51,8 @@ class Travel:
         Whether the road is in the same place as before, whatever moves above it.
     covered
         Whether something has come over the view of a vehicle that drives.
+    refuted
+        For how long before the pair, in seconds, its speed shows that the last one was wrong.
     """
 
     distance: float
@@ -62,6 +64,7 @@ class Travel:
     rivalled: bool = False
     rests: bool = False
     covered: bool = False
+    refuted: float = 0.0
 
     @property
     def known(self) -> bool:

@@ -135,6 +135,21 @@ def test_an_unsure_measurement_may_be_as_far_off_as_both_together():
     assert speed_filter.bounds(0.4) == pytest.approx((8.0 - 3.0 * 0.5, 8.0 + 3.0 * 0.5))
 
 
+def test_a_speed_that_cannot_be_reached_refutes_the_last_one():
+    speeds = SpeedFilter()
+    assert speeds.refuted_by(20.0) == 0.0
+    speeds.add(5.0, 0.01)
+    # A profile is the mean of half a second: it may lag behind by 3 heights/s.
+    assert speeds.refuted_by(8.0) == speeds.refuted_by(2.0) == 0.0
+    assert speeds.refuted_by(11.0) == pytest.approx(1.0)
+    speeds.predict(1.0)
+    assert speeds.refuted_by(11.0) == 0.0
+    speeds.predict(10.0)
+    assert speeds.refuted_by(40.0) == 0.0
+    speeds.stand(0.1)
+    assert speeds.refuted_by(40.0) == 0.0
+
+
 def test_a_first_speed_that_nothing_confirms_is_forgotten():
     alone, confirmed, standing = SpeedFilter(), SpeedFilter(), SpeedFilter()
     alone.add(0.5, 0.01)
