@@ -142,7 +142,7 @@ class Parameters:
         read_only=True, group=Group.VEHICLE)
     publish_tf: bool = parameter(
         False, 'Whether the transform from frame_id to child_frame_id is published on /tf (needs'
-        ' tf2_msgs).', read_only=True, group=Group.VEHICLE)
+        ' tf2_msgs, and metres).', read_only=True, group=Group.VEHICLE)
     child_frame_id: str = parameter(
         'base_link', 'Frame of the vehicle, for publish_tf and the odometry.', read_only=True,
         group=Group.VEHICLE)

@@ -55,7 +55,7 @@ _INTRODUCTION = """
     This page shows how accurate the heading and the turns are.
 
     With a known focal length, every true turn is found, and none is invented. The heading drifts
-    by a fifth of a degree per 100 m, and a pair takes an eighth of the time of tracked features. A
+    by a fifth of a degree per 100 m, and a pair takes a seventh of the time of tracked features. A
     field of view that is 10 % wrong changes the angles but not the codes of a short drive; a
     bonnet and a dirty lens are the worst disturbances measured.
 

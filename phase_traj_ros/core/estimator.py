@@ -56,7 +56,8 @@ class TrajectoryEstimator:
         Raises
         ------
         ValueError
-            The mask is invalid (see ``mask_shares``), or it is empty within the view.
+            The mask is not (H, W), holds a negative value, NaN or infinity, or is empty (0
+            everywhere) within the view.
 
         """
         self._settings = settings or EstimatorSettings()

@@ -225,3 +225,8 @@ class EstimatorSettings:
     def length_unit(self) -> LengthUnit:
         """Return the unit of distances."""
         return LengthUnit.METRE if self.metric else LengthUnit.CAMERA_HEIGHT
+
+    def path_unit(self, *, measured: bool) -> LengthUnit:
+        """Return the unit of the drawn path: steps if no distance was ``measured``."""
+        told = self.metric or measured
+        return self.length_unit if self.draws_heading and told else LengthUnit.STEP

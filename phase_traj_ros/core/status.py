@@ -22,7 +22,8 @@ class PairStatus(Enum):
     GAP = 'gap'
     """The interval between the two frames exceeds the limit."""
     REPRIMED = 'reprimed'
-    """The size or encoding of the frames or a setting changed, so the pair cannot be compared."""
+    """The size or encoding of the frames, the calibration or a setting of the correlation changed,
+    so the pair cannot be compared."""
     REPEATED = 'repeated'
     """Both frames show the same image, or are less than 2 ms apart: nothing is measured, the next
     pair covers the time."""

@@ -28,7 +28,8 @@ class Diagnostics:
     """
     Reports once a second.
 
-    There are two statuses: whether usable images arrive, and whether their shift can be measured.
+    There are two statuses, and one more with a map: whether usable images arrive, whether their
+    shift can be measured, and whether the place is known.
     docs/reference/diagnostics.md explains both.
     """
 

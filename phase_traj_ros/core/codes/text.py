@@ -53,7 +53,7 @@ class SeriesText:
     """Whether ``runs`` contains all runs."""
 
     def __str__(self) -> str:
-        """Return the series in the grammar of this module."""
+        """Return the series in the grammar of docs/reference/topics.md."""
         totals = ' '.join(f'{code}:{total}' for code, total in enumerate(self.totals))
         runs = ''.join(f' {code}x{count}' for code, count in self.runs)
         return f'{self.length} ({totals}){"" if self.complete else " ..."}{runs}'
@@ -68,7 +68,7 @@ class ChainCodeText:
     direction: SeriesText
 
     def __str__(self) -> str:
-        """Return the line in the grammar of this module."""
+        """Return the line in the grammar of docs/reference/topics.md."""
         return f'frames {self.frames}; movement {self.movement}; direction {self.direction}'
 
 
@@ -83,7 +83,7 @@ class LinksText:
     links: SeriesText
 
     def __str__(self) -> str:
-        """Return the line in the grammar of this module."""
+        """Return the line in the grammar of docs/reference/topics.md."""
         return f'step {self.step:.12g} {self.unit}; links {self.links}'
 
 
@@ -118,7 +118,7 @@ def parse_links(text: str) -> LinksText:
 
 def parse_chain_code(text: str) -> ChainCodeText:
     """
-    Parse a line in the grammar of this module.
+    Parse a line in the grammar of docs/reference/topics.md.
 
     Raises
     ------

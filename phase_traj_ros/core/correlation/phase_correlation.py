@@ -75,7 +75,7 @@ class PhaseCorrelator:
         Raises
         ------
         ValueError
-            The mask is invalid (see ``mask_shares``).
+            The mask is not (H, W), holds a negative value, NaN or infinity, or is empty.
         MissingDependencyError
             The library is not installed.
 

@@ -53,7 +53,7 @@ class Replay:
     codes: ChainCode
     counters: Counters
     turns: tuple[Turn, ...] = ()
-    """The turns driven, if the focal length or field of view of the camera is known."""
+    """The turns driven; empty if the heading was not measured."""
     field_of_view: FieldOfView | None = None
     """Field of view as learned from the turns; None without any."""
     camera: CameraInUse | None = None
@@ -110,10 +110,8 @@ class Replay:
 
     @property
     def path_unit(self) -> LengthUnit:
-        """Return the unit of the drawn path: steps if no distance was measured."""
-        settings = self.parameters.settings
-        told = settings.metric or self.way.measured
-        return settings.length_unit if settings.draws_heading and told else LengthUnit.STEP
+        """Return the unit of the drawn path."""
+        return self.parameters.settings.path_unit(measured=self.way.measured)
 
     @property
     def assumes_camera(self) -> bool:

@@ -98,6 +98,7 @@ def chain_code_of(
         'code_source': settings.code_source,
         'connectivity': settings.connectivity,
         'path_from': settings.drawn_from,
+        'path_unit': settings.path_unit(measured=estimator.way.measured),
         'movement_runs': _pairs(codes.movement.runs),
         'direction_runs': _pairs(codes.direction.runs),
         'movement_totals': codes.movement.totals_of(Movement),

@@ -58,7 +58,7 @@ class Location:
         Raises
         ------
         ParameterError
-            The codes come from the shift, or ``map_datum`` is not a position.
+            The heading or the distance is not measured, or ``map_datum`` is not a position.
         MapError
             The map cannot be used, see ``read_roads``.
         MissingDependencyError
@@ -101,10 +101,11 @@ class Location:
         Raises
         ------
         ParameterError
-            The codes come from the shift.
+            The heading or the distance is not measured, as with codes from the shift.
 
         """
-        if not values.settings.by_heading:
+        settings = values.settings
+        if not (settings.by_heading and settings.measures_distance):
             raise ParameterError(
                 f"parameter 'map_file' is {values.map_file!r}: it needs the measured heading and"
                 ' distance, so leave code_source auto, without a threshold')

@@ -42,8 +42,8 @@ _MOST = 200_000
 # Poses this much farther apart than the fastest car drives are not one way. Metres.
 _CLEARLY_APART = 3.0
 _NO_DISTANCE = (
-    'has no distances to be located by: replay it with code_source auto or heading, and a camera'
-    ' that sees the road')
+    'has no distances to be located by: replay it with code_source auto, and a camera that sees'
+    ' the road')
 
 
 @dataclass(frozen=True, slots=True)

@@ -231,6 +231,8 @@ def test_the_height_for_the_transform_may_come_later(made):
 
 @pytest.mark.parametrize(('values', 'error', 'message'), [
     ({'threshold': 16.0}, ParameterError, 'it needs the measured heading and distance'),
+    ({'code_source': 'heading', 'hfov_deg': 80.0, 'camera_height': 0.0}, ParameterError,
+     'it needs the measured heading and distance, so leave code_source auto'),
     ({'map_datum': 'here'}, ParameterError, 'give LAT,LON in degrees'),
     ({'map_datum': '91,0'}, ParameterError, 'give LAT,LON in degrees'),
     ({'map_datum': '-33.9,18.4'}, MapError, 'from the datum -33.9,18.4: give one on the map'),
