@@ -89,8 +89,9 @@ class ReliabilityMonitor:
                 self._spans[Reason.ROAD_UNCLEAR].add(before, stamp_ns)
             self._rivalled_ns = stamp_ns
         if travel is not None and travel.refuted:
-            wrong_ns = max(before - round(travel.refuted * 1e9), self._start_ns)
-            self._spans[Reason.ROAD_UNCLEAR].add(wrong_ns, before)
+            until = stamp_ns - interval_ns
+            since = max(until - round(travel.refuted * 1e9), self._start_ns)
+            self._spans[Reason.ROAD_UNCLEAR].add(since, until)
         if travel is None or not metric or travel.measured:
             self._measured_ns = stamp_ns
         elif stamp_ns - self._measured_ns > TUNING.unmeasured_ns:

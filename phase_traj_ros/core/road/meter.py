@@ -356,7 +356,9 @@ class RoadMeter:
         tilt = 2.0 * depth * self.pitch.common_deviation
         key.expired = key.is_far(distance, interval)
         newest, variance = key.add(distance, own, self.speed_filter, interval)
-        self.speed_filter.add(speed, speed_variance)
+        self.speed_filter.add(speed, speed_variance, clear=(
+            len(agreeing) == len(self._view.patches)
+            and max(each.score for each in agreeing) > TUNING.clear_score))
         self._measured = Travel(
             newest, variance + (swing ** 2 + tilt ** 2) * newest ** 2, TravelState.MEASURED,
             swing, tilt)

@@ -25,6 +25,8 @@ class SpeedFilter:
         self.known = False
         """Whether a speed has been measured since."""
         self._unconfirmed: float | None = None
+        # Whether a clear measurement has shown the speed, and the time since the first one.
+        self._clear, self._age = False, 0.0
         # Relative standard deviation of the newest interval.
         self._interval_error = 0.0
 
@@ -34,6 +36,8 @@ class SpeedFilter:
 
         ``interval_deviation`` is the standard deviation of the interval.
         """
+        if self.known:
+            self._age += interval
         if self._unconfirmed is not None:
             self._unconfirmed += interval
             if self._unconfirmed > TUNING.confirmation_time + interval:
@@ -90,18 +94,18 @@ class SpeedFilter:
 
     def refuted_by(self, speed: float) -> float:
         """
-        Return for how long, in seconds, the vehicle cannot have had the last speed.
+        Return for how long, in seconds, the speed has been wrong if this is the true one.
 
-        ``speed`` is that of a profile, which is sure: its mean over time is the only error. 0 if
-        the last speed is possible, or lost; a vehicle that stood is sure to have done so.
+        ``speed`` is that of a profile, the mean of a second or less. 0 if the vehicle can have
+        changed its speed, or if a clear measurement has shown the speed so far.
         """
-        apart, usual = abs(speed - self.speed), TUNING.acceleration * TUNING.profile_s
-        if self.lost or self.standing or apart <= TUNING.gate * (self.deviation + usual):
-            return 0.0
-        return apart / (TUNING.gate * TUNING.acceleration)
+        apart, lag = abs(speed - self.speed), TUNING.acceleration * TUNING.profile_s
+        possible = apart <= TUNING.gate * (self.deviation + lag)
+        return 0.0 if self._clear or self.lost or possible else self._age
 
-    def add(self, speed: float, variance: float) -> None:
-        """Add a measured speed."""
+    def add(self, speed: float, variance: float, *, clear: bool = False) -> None:
+        """Add a measured speed; ``clear`` is whether it cannot be that of noise."""
+        self._clear |= clear
         apart = abs(speed - self.speed)
         deviation = math.sqrt(variance)
         if self._unconfirmed is not None and apart > TUNING.gate * math.hypot(
@@ -126,7 +130,7 @@ class SpeedFilter:
     def stand(self, interval: float) -> Travel:
         """Set the speed to 0; return the distance of a standing pair."""
         self.speed, self.deviation, self.known = 0.0, 0.0, True
-        self._unconfirmed = None
+        self._unconfirmed, self._clear = None, True
         # A slower slide than this is not visible during the life of a keyframe.
         deviation = TUNING.peak_cells * CELL * interval / TUNING.creep_time
         return Travel(0.0, deviation ** 2, TravelState.STANDING)

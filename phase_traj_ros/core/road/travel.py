@@ -52,7 +52,7 @@ class Travel:
     covered
         Whether something has come over the view of a vehicle that drives.
     refuted
-        For how long before the pair, in seconds, its speed shows that the last one was wrong.
+        For how long before the pair, in seconds, the speed was that of noise, as the pair shows.
     """
 
     distance: float

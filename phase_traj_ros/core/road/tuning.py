@@ -63,6 +63,9 @@ class RoadTuning:
     min_score: float = 7.0
     """Significance of a peak, in standard deviations: among a thousand positions, noise does not
     reach it."""
+    clear_score: float = 10.0
+    """Where both patches show a peak, and one is higher than this, it is not noise. In compressed
+    films, noise that lasts for half a second has had peaks of up to 9."""
     peak_cells: float = 0.3
     """Standard deviation of the position of a peak, in cells."""
     slide_gate: float = 4.0

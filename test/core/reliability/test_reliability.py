@@ -226,14 +226,21 @@ def test_a_road_on_which_another_motion_stands_out_is_a_span():
     assert driven.monitor.verdict().of_drive.words == ('road_unclear',)
 
 
-def test_a_speed_that_a_later_one_refutes_is_a_span():
+@pytest.mark.parametrize('metric', [True, False])
+def test_a_speed_that_a_later_one_refutes_is_a_span(metric):
     refuting = Travel(1.0, 0.1, TravelState.MEASURED, refuted=1.5)
-    driven = Driven().add('trusted', 1).add('trusted', 0.1, travel=refuting).add('trusted', 8.9)
+    driven = Driven().add('trusted', 1).add('trusted', 0.1, travel=refuting, metric=metric)
+    driven.add('trusted', 8.9)
     # It cannot begin before the drive.
     assert driven.spans == [(0.0, pytest.approx(1.0), ('road_unclear',))]
     assert driven.monitor.verdict().words == ('road_unclear',)
     driven.add('trusted', 0.1, travel=refuting)
     assert driven.spans[1] == (pytest.approx(8.5), pytest.approx(10.0), ('road_unclear',))
+    # Repeated pictures in between do not count.
+    driven.add('repeated', 0.4)
+    driven.now += TENTH
+    driven.monitor.add(Evidence.TRUSTED, driven.now, SECOND // 2, travel=refuting)
+    assert driven.spans[1] == (pytest.approx(8.5), pytest.approx(10.1), ('road_unclear',))
 
 
 def test_a_distance_that_is_missed_for_more_than_a_second_is_a_span():

@@ -135,19 +135,38 @@ def test_an_unsure_measurement_may_be_as_far_off_as_both_together():
     assert speed_filter.bounds(0.4) == pytest.approx((8.0 - 3.0 * 0.5, 8.0 + 3.0 * 0.5))
 
 
-def test_a_speed_that_cannot_be_reached_refutes_the_last_one():
+@pytest.mark.parametrize(('now', 'refuted'), [
+    (20.0, 0.5), (12.3, 0.5), (12.1, 0.0), (8.0, 0.0), (3.9, 0.0), (3.7, 0.5)])
+def test_a_speed_that_cannot_be_reached_refutes_those_so_far(now, refuted):
+    """At 6 heights/s2, it takes the 0.2 s since the last one and the 0.5 s of a profile."""
     speeds = SpeedFilter()
+    speeds.add(8.0, 0.0)
+    for _ in range(3):
+        speeds.predict(0.1)
+        speeds.add(8.0, 0.0)
+    speeds.predict(0.2)
+    assert speeds.refuted_by(now) == pytest.approx(refuted)
+
+
+def test_only_speeds_that_may_be_noise_are_refuted():
+    speeds = SpeedFilter()
+    speeds.predict(1.0)
     assert speeds.refuted_by(20.0) == 0.0
     speeds.add(5.0, 0.01)
-    # A profile is the mean of half a second: it may lag behind by 3 heights/s.
-    assert speeds.refuted_by(8.0) == speeds.refuted_by(2.0) == 0.0
-    assert speeds.refuted_by(11.0) == pytest.approx(1.0)
-    speeds.predict(1.0)
-    assert speeds.refuted_by(11.0) == 0.0
-    speeds.predict(10.0)
-    assert speeds.refuted_by(40.0) == 0.0
+    speeds.predict(0.1)
+    assert speeds.refuted_by(20.0) == pytest.approx(0.1)
+    speeds.add(5.0, 0.01, clear=True)
+    speeds.predict(0.1)
+    assert speeds.refuted_by(20.0) == 0.0
+    # A vehicle that stood is sure to have done so.
+    speeds.forget()
     speeds.stand(0.1)
-    assert speeds.refuted_by(40.0) == 0.0
+    speeds.predict(0.1)
+    assert speeds.refuted_by(20.0) == 0.0
+    speeds.forget()
+    speeds.add(5.0, 0.01)
+    speeds.predict(10.0)
+    assert speeds.lost and speeds.refuted_by(40.0) == 0.0
 
 
 def test_a_first_speed_that_nothing_confirms_is_forgotten():
