@@ -317,3 +317,10 @@ def test_a_road_on_which_only_copies_show_is_unclear_though_its_distance_is_unkn
     estimator, updates = run(settings(camera_height=1.65))
     assert total(updates) == 0.0
     assert 'road_unclear' in estimator.reliability.words
+
+
+@pytest.mark.parametrize('chosen', [{'camera_height': 1.65}, {'code_step': 5.0}])
+def test_speeds_that_were_noise_are_unclear(monkeypatch, chosen):
+    refuting = Travel(1.0, 1.0, TravelState.MEASURED, refuted=0.5)
+    monkeypatch.setattr(RoadMeter, 'update', lambda *_, **__: refuting)
+    assert run(settings(**chosen))[0].reliability.words == ('road_unclear',)
