@@ -30,7 +30,7 @@ class Diagnostics:
 
     There are two statuses, and one more with a map: whether usable images arrive, whether their
     shift can be measured, and whether the place is known.
-    docs/reference/diagnostics.md explains both.
+    docs/reference/diagnostics.md explains them.
     """
 
     def __init__(

@@ -59,8 +59,6 @@ class RoadMeter:
         self._key = RoadKeyframe()
         self._profile = SpeedProfile()
         self._standstill = Standstill(self.speed_filter)
-        # See ``Travel.refuted``.
-        self._refuted = 0.0
 
     @property
     def needs_every_frame(self) -> bool:
@@ -172,17 +170,18 @@ class RoadMeter:
             found, rivals = again if any(again[0]) else (found, rivals)
         if any(rivals) or not any(found):
             self._add_to_profile(interval, turn, nod)
-        self._refuted = 0.0
         if not any(found):
             found = self._search_further(interval)
-        travel = self._combine_slides(list(filter(None, found)), interval)
+        slides = list(filter(None, found))
+        travel = self._combine_slides(slides, interval)
         if travel is None or key.expired:
             self._renew(frame)
         # The copies of an encoder have no common speed over half a second.
         rivalled = (key.passes and all(rivals)
                     and not self._profile.confirms(speeds.speed))
         travel = travel or speeds.bridge(interval, self._measured, turns=turns)
-        return replace(travel, rivalled=rivalled, refuted=self._refuted)
+        refuted = max((each.refuted for each in slides), default=0.0)
+        return replace(travel, rivalled=rivalled, refuted=refuted)
 
     def _compare(
         self, interval: float, *, expected: float = 0.0,
@@ -261,11 +260,10 @@ class RoadMeter:
                 return None
             speeds.forget()
             key.age = interval
-        self._refuted = refuted
         distance = key.distance + speed * interval
         deviation = math.hypot(near.deviation(key), TUNING.acceleration * interval ** 2)
         return RoadSlide(
-            distance, deviation, score, near.depth, near.depth, distance, False)
+            distance, deviation, score, near.depth, near.depth, distance, False, refuted=refuted)
 
     def _slides(self, interval: float, speeds: SpeedFilter) -> list[RoadSlide | None]:
         """Return the slide of each patch within the bounds of ``speeds``."""

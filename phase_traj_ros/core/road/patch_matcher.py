@@ -44,6 +44,8 @@ class RoadSlide:
     """Whether it may belong to a pattern that is fixed to the camera."""
     sudden: bool = False
     """Whether it implies harder braking than a vehicle can do."""
+    refuted: float = 0.0
+    """See ``Travel``."""
 
 
 def slide_scale(depth: float, tilt: float) -> float:

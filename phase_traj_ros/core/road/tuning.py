@@ -64,8 +64,8 @@ class RoadTuning:
     """Significance of a peak, in standard deviations: among a thousand positions, noise does not
     reach it."""
     clear_score: float = 10.0
-    """Where both patches show a peak, and one is higher than this, it is not noise. In compressed
-    films, noise that lasts for half a second has had peaks of up to 9."""
+    """Where all patches in view show a slide, with one peak above this, it is not noise. In
+    compressed films, noise that lasts for half a second has had peaks of up to 9."""
     peak_cells: float = 0.3
     """Standard deviation of the position of a peak, in cells."""
     slide_gate: float = 4.0
