@@ -58,7 +58,7 @@ class Location:
         Raises
         ------
         ParameterError
-            The heading or the distance is not measured, or ``map_datum`` is not a position.
+            The codes come from the shift, or ``map_datum`` is not a position.
         MapError
             The map cannot be used, see ``read_roads``.
         MissingDependencyError
@@ -101,11 +101,11 @@ class Location:
         Raises
         ------
         ParameterError
-            The heading or the distance is not measured, as with codes from the shift.
+            The codes come from the shift.
 
         """
-        settings = values.settings
-        if not (settings.by_heading and settings.measures_distance):
+        # The height that measures the distance may still come, from /tf_static.
+        if not values.settings.by_heading:
             raise ParameterError(
                 f"parameter 'map_file' is {values.map_file!r}: it needs the measured heading and"
                 ' distance, so leave code_source auto, without a threshold')

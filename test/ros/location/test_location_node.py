@@ -229,10 +229,12 @@ def test_the_height_for_the_transform_may_come_later(made):
     assert sent['~/odom_map'] and '/tf' not in sent
 
 
+def test_the_height_for_the_distance_may_come_later_too():
+    Location.check(Parameters(map_file='town.osm', code_source='heading', hfov_deg=80.0))
+
+
 @pytest.mark.parametrize(('values', 'error', 'message'), [
     ({'threshold': 16.0}, ParameterError, 'it needs the measured heading and distance'),
-    ({'code_source': 'heading', 'hfov_deg': 80.0, 'camera_height': 0.0}, ParameterError,
-     'it needs the measured heading and distance, so leave code_source auto'),
     ({'map_datum': 'here'}, ParameterError, 'give LAT,LON in degrees'),
     ({'map_datum': '91,0'}, ParameterError, 'give LAT,LON in degrees'),
     ({'map_datum': '-33.9,18.4'}, MapError, 'from the datum -33.9,18.4: give one on the map'),
