@@ -100,7 +100,8 @@ class SpeedFilter:
         changed its speed, or if a clear measurement has shown the speed so far.
         """
         apart, lag = abs(speed - self.speed), TUNING.acceleration * TUNING.profile_s
-        possible = apart <= TUNING.gate * (self.deviation + lag)
+        peak = TUNING.profile_width * abs(speed)
+        possible = apart <= TUNING.gate * (self.deviation + lag) + peak
         return 0.0 if self._clear or self.lost or possible else self._age
 
     def add(self, speed: float, variance: float, *, clear: bool = False) -> None:
