@@ -71,7 +71,7 @@ class Location:
         self._motions = Motions()
         self._estimate, self._estimate_ns = UNKNOWN, 0
         self._stamp_ns: int | None = None
-        self._failed = False
+        self._failed = self._unmeasured = False
         self.roads = roads or read_roads(
             user_path(values.map_file), Roads(values.map_roads),
             datum=_datum(values.map_datum))
@@ -119,6 +119,7 @@ class Location:
     def add(self, update: Update) -> None:
         """Queue a pair of frames to be located; publish the estimates since the last one."""
         pair = MovedPair.of(update)
+        self._unmeasured = pair is None
         if pair is not None:
             self._stamp_ns = update.stamp_ns
             self._worker.add(Moved(update.stamp_ns, self._motions.of(pair), update.odometry))
@@ -147,6 +148,10 @@ class Location:
             return Report(Level.ERROR, f'the locator has failed: {worker.failure}', values)
         if self._transform is not None and self._transform.other:
             return Report(Level.ERROR, 'another node publishes the parent of the odometry', values)
+        if self._unmeasured:
+            return Report(
+                Level.WARN, 'the place needs the measured distance: leave code_source and'
+                ' path_from auto, or give the camera height', values)
         if not estimate.claimed:
             return Report(Level.OK, 'the place is not known', values)
         latitude, longitude = self.roads.projection.to_degrees(estimate.x, estimate.y)

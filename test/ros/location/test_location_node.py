@@ -152,15 +152,18 @@ def test_a_new_drive_interrupts(made):
     assert locator.interruptions == [(math.inf, math.pi)]
 
 
-def test_a_pair_without_a_distance_is_not_located(made):
+def test_pairs_without_a_distance_are_not_located_and_said(made):
     location, sent, _ = made()
-    update = next(updates(drive()[:3]))
+    update, after, _ = updates(drive()[:4])
     update.travel = None
     location.add(update)
-    location.close()
+    report = location.report()
+    assert report.level == Level.WARN and 'give the camera height' in report.message
     location._publish_placed()
-
     assert sent['~/fix'] == []
+    # The height has come.
+    location.add(after)
+    assert location.report().level == Level.OK
 
 
 def test_fixes_reach_the_locator(made):
