@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A road below a camera, drawn exactly, and drives along it."""
 
+from functools import lru_cache
 import math
 
 import cv2
@@ -40,13 +41,18 @@ class Road:
                 np.sin(angle) * np.cos(along), np.sin(angle) * np.sin(along), np.cos(angle)],
                 axis=-1)
         self.pitch = pitch
+        # Most drives keep the camera at one pitch and roll.
+        self._plane = lru_cache(1)(self._seen_plane)
 
-    def seen(self, x, y=0.0, yaw=0.0, pitch=0.0, roll=0.0):
-        levelling = Horizon(self.pitch + pitch, roll).levelling()
-        level = self.rays @ levelling.T
+    def _seen_plane(self, pitch, roll):
+        """Return the coordinates of the plane in each pixel, and where they are below."""
+        level = self.rays @ Horizon(self.pitch + pitch, roll).levelling().T
         below = level[..., 1] > 0.02
         down = np.where(below, level[..., 1], 1.0)
-        ahead, left = level[..., 2] / down, -level[..., 0] / down
+        return level[..., 2] / down, -level[..., 0] / down, below
+
+    def seen(self, x, y=0.0, yaw=0.0, pitch=0.0, roll=0.0):
+        ahead, left, below = self._plane(pitch, roll)
         cosine, sine = math.cos(yaw), math.sin(yaw)
         way = x + cosine * ahead - sine * left
         aside = y + sine * ahead + cosine * left
