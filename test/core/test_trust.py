@@ -37,7 +37,7 @@ def drive_of(seed, *plan, rate_hz=10.0):
 
 @pytest.fixture(scope='module')
 def drive():
-    return drive_of(8, Straight(4.0), Turn(-90.0, 3.0, 4.5), Straight(2.0))
+    return drive_of(8, Straight(2.0), Turn(-90.0, 3.0, 4.5), Straight(1.0))
 
 
 @pytest.fixture(scope='module')
@@ -88,8 +88,8 @@ def test_nothing_is_left_out_of_clear_pictures(drive):
 def test_where_only_drops_agree_the_turn_is_not_measured_and_the_drive_is_in_doubt(drive):
     frames = [overlays.drops(frame, count=400, size=0.025, seed=2) for frame in drive]
     estimator, updates, _ = followed(frames)
-    # It turns from 4.0 to 7.0 s.
-    assert set(statuses(updates[45:65])) == {PairStatus.NO_MEASUREMENT}
+    # It turns from 2.0 to 5.0 s.
+    assert set(statuses(updates[25:45])) == {PairStatus.NO_MEASUREMENT}
     assert estimator.reliability.words == ('view_blocked', 'road_unclear')
     # The codes from the heading, which are unchanged, would not show it.
     _, updates, _ = followed(frames, source=CodeSource.HEADING)
@@ -99,7 +99,7 @@ def test_where_only_drops_agree_the_turn_is_not_measured_and_the_drive_is_in_dou
 @pytest.mark.parametrize(('grain', 'lens'), [(0.01, KNOWN), (0.08, None)])
 def test_a_horizon_that_does_not_move_is_neither_dirt_nor_a_stop(grain, lens):
     """Of a straight motorway without much texture, little of the picture changes at all."""
-    frames = motorway.driven(grain=grain)[2]
+    frames = motorway.driven(grain=grain, seconds=5.0)[2]
     estimator, updates, turns = followed(
         frames, lens=lens, period_ns=40_000_000, stillness=StillnessSettings())
     assert statuses(updates)[PairStatus.OK] > 0.85 * len(updates)
@@ -107,8 +107,8 @@ def test_a_horizon_that_does_not_move_is_neither_dirt_nor_a_stop(grain, lens):
     assert estimator.left_out is None
     # The same road through a wet windscreen, and from a car that stands on it: that takes less
     # than half a second to tell, and stays so when what has not changed for 2 s is judged.
-    wet = [overlays.drops(frame, count=400, size=0.025, seed=2) for frame in frames[:70]]
-    stood = [sensor_noise(frames[0], sigma=1.0, seed=n) for n in range(70)]
+    wet = [overlays.drops(frame, count=400, size=0.025, seed=2) for frame in frames[:60]]
+    stood = [sensor_noise(frames[0], sigma=1.0, seed=n) for n in range(60)]
     for shown in (wet, stood):
         _, updates, _ = followed(
             shown, lens=lens, period_ns=40_000_000, stillness=StillnessSettings())
@@ -138,14 +138,14 @@ def test_a_model_car_in_circles_does_not_stand_because_its_bumper_does(circles, 
 
 
 def test_a_night_without_light_is_no_measurement(drive):
-    frames = [night(frame, exposure=0.0005, seed=n) for n, frame in enumerate(drive[:40])]
+    frames = [night(frame, exposure=0.0005, seed=n) for n, frame in enumerate(drive[:30])]
     estimator, updates, _ = followed(frames)
     assert statuses(updates)[PairStatus.NO_MEASUREMENT] == len(updates)
     assert estimator.reliability.words == ('nothing_to_see',)
 
 
 def test_a_film_in_scenes_is_one_drive_with_no_turn_at_the_cuts(drive, other):
-    straight = drive[:35]
+    straight = drive[:18]
     film = [*straight, *other, *straight, *drive]
     estimator, updates, angles = followed(film)
     cuts = [len(straight), len(straight) + len(other), 2 * len(straight) + len(other)]
@@ -162,7 +162,7 @@ def test_a_film_in_scenes_is_one_drive_with_no_turn_at_the_cuts(drive, other):
 
 
 def test_a_turn_ends_where_the_film_is_cut(drive, other):
-    turning, onward = drive[:59], other[25:]
+    turning, onward = drive[:39], other[25:]
     _, updates, _ = followed([*turning, *onward])
     [cut] = [update for update in updates if update.cut]
     assert cut.pair == len(turning)
@@ -172,7 +172,7 @@ def test_a_turn_ends_where_the_film_is_cut(drive, other):
 
 
 def test_two_halves_of_a_turn_are_no_turn_where_a_cut_is_between(drive):
-    half = drive[:53]
+    half = drive[:33]
     _, _, angles = followed([*half, *drive_of(5, Turn(-40.0, 1.4, 4.5), Straight(1.0))])
     assert angles == []
 
@@ -217,12 +217,12 @@ def narrow(deviation):
 def test_a_camera_has_to_be_known_where_there_are_turns(drive, lens, words):
     estimator, _, _ = followed(drive, lens=lens)
     assert estimator.reliability.words == words
-    estimator, _, _ = followed(drive[:35], lens=lens)
+    estimator, _, _ = followed(drive[:18], lens=lens)
     assert estimator.reliability.reliable
 
 
 def test_a_bend_that_may_have_been_a_turn_needs_a_camera_too():
-    frames = drive_of(2, Straight(1.0), Turn(64.0, 3.0), Straight(1.5))
+    frames = drive_of(2, Straight(0.5), Turn(64.0, 3.0), Straight(1.0))
     for narrower_deg, words in ((40.0, ('camera_not_known',)), (30.0, ())):
         lens = Lens(hfov_deg=narrower_deg, assumed=True)
         estimator, _, angles = followed(frames, lens=lens)
@@ -234,8 +234,8 @@ def test_a_bend_that_may_have_been_a_turn_needs_a_camera_too():
 
 def test_a_slow_corner_of_a_robot_is_one_turn_with_one_code():
     frames = drive_of(
-        6, Straight(2.0, 0.5), Turn(-90.0, 25.0, 0.5), Straight(2.0, 0.5), rate_hz=5.0)
-    estimator, updates, angles = followed(frames, period_ns=2 * TENTH)
+        6, Straight(2.0, 0.5), Turn(-90.0, 25.0, 0.5), Straight(2.0, 0.5), rate_hz=2.5)
+    estimator, updates, angles = followed(frames, period_ns=4 * TENTH)
     assert angles == pytest.approx([-90.0], abs=8.0)
     moved = [int(update.step.movement) for update in updates]
     assert [code for code in moved if code in (0, 2)] == [2]
@@ -244,12 +244,12 @@ def test_a_slow_corner_of_a_robot_is_one_turn_with_one_code():
 
 def test_two_bends_that_are_no_turns_leave_the_direction_in_doubt():
     frames = drive_of(
-        2, Straight(1.0), Turn(48.0, 2.0), Straight(4.0), Turn(48.0, 2.0), Straight(5.0))
+        2, Straight(0.5), Turn(48.0, 2.0), Straight(3.0), Turn(48.0, 2.0), Straight(4.0))
     estimator, updates, angles = followed(frames)
     assert angles == []
     assert estimator.reliability.words == ('direction_contradicts_heading',)
     [span] = estimator.reliability.spans
-    assert span.start_ns > 80 * TENTH
+    assert span.start_ns > 65 * TENTH
     assert span.end_ns == updates[-1].stamp_ns
 
 
@@ -277,27 +277,35 @@ def test_standing_is_asked_for_before_anything_is_doubted(drive):
     assert estimator.reliability.reliable
 
 
+def with_noise(frames):
+    return [sensor_noise(frame, sigma=1.5, seed=number) for number, frame in enumerate(frames)]
+
+
+@pytest.fixture(scope='module')
+def ahead():
+    return drive_of(8, Straight(6.0, 9.0))
+
+
 @pytest.mark.parametrize(('contrast', 'pairs'), [(1.0, 15), (0.15, 5)])
-def test_a_cover_that_comes_over_the_view_is_not_a_stop(contrast, pairs):
+def test_a_cover_that_comes_over_the_view_is_not_a_stop(ahead, contrast, pairs):
     """Mud, snow from the roof, or a bag: it hides the scene within seconds, and stays."""
-    frames, rng = drive_of(8, Straight(10.0, 9.0)), np.random.default_rng(4)
-    mud = cv2.GaussianBlur(rng.normal(size=frames[0].shape), (0, 0), 4)
+    mud = cv2.GaussianBlur(
+        np.random.default_rng(4).normal(size=ahead[0].shape), (0, 0), 4)
     mud = 110.0 + contrast * 50.0 / mud.std() * mud
-    shares = np.clip((np.arange(len(frames)) - 40) / pairs, 0.0, 1.0)
-    seen = [((1.0 - share) * frame + share * mud).astype(np.uint8)
-            for frame, share in zip(frames, shares)]
-    stopped = drive_of(8, Straight(4.0), Straight(6.0, 0.0))
-    seen, stopped = (
-        [sensor_noise(frame, sigma=1.5, seed=number) for number, frame in enumerate(frames)]
-        for frames in (seen, stopped))
-    estimator, updates, _ = followed(seen)
+    shares = np.clip((np.arange(len(ahead)) - 15) / pairs, 0.0, 1.0)
+    estimator, updates, _ = followed(with_noise(
+        ((1.0 - share) * frame + share * mud).astype(np.uint8)
+        for frame, share in zip(ahead, shares)))
     assert not estimator.reliability.of_drive.reliable
     assert 'view_blocked' in estimator.reliability.of_drive.words
     assert PairStatus.STILL not in statuses(updates)
-    # The same, but the vehicle stops.
-    estimator, updates, _ = followed(stopped)
+
+
+def test_a_stop_is_not_a_cover_that_comes_over_the_view():
+    frames = with_noise(drive_of(8, Straight(1.5, 9.0), Straight(4.5, 0.0)))
+    estimator, updates, _ = followed(frames)
     assert estimator.reliability.of_drive.reliable
-    assert statuses(updates[55:])[PairStatus.STILL] == len(updates[55:])
+    assert statuses(updates[30:])[PairStatus.STILL] == len(updates[30:])
 
 
 def test_a_reset_keeps_what_is_fixed_and_forgets_what_was_in_doubt(drive):
