@@ -8,9 +8,9 @@ from streets import drive, Town
 
 @pytest.fixture(scope='session')
 def town():
-    return Town()
+    return Town(5)
 
 
 @pytest.fixture(scope='session')
 def poses(town):
-    return drive(town.walk(14, seed=0))
+    return drive(town.walk(14, seed=4))

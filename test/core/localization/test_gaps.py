@@ -13,13 +13,13 @@ from streets import claimed, drive, errors, follow, located, on_map, steps_of, T
 
 def test_a_cut_spreads_the_candidates_and_is_recovered_from(town, poses):
     locator, steps = on_map(town), steps_of(poses, seed=1)
-    for step in steps[:1000]:
+    for step in steps[:400]:
         before = locator.update(step)
     assert before.claimed
     locator.interrupt(120.0, turn=math.pi)
-    after = [locator.update(step) for step in steps[1080:]]
+    after = [locator.update(step) for step in steps[480:]]
     assert after[0].probability < 0.5 and not after[0].claimed
-    there = np.concatenate([poses[1080:1081], poses[1081:]])
+    there = np.concatenate([poses[480:481], poses[481:]])
     off = errors(after, there)
     assert min(
         math.hypot(each.x - there[1, 0], each.y - there[1, 1])
@@ -31,9 +31,9 @@ def test_a_new_drive_that_begins_elsewhere_is_found(town, poses):
     # Farther away than the hypotheses spread.
     locator = MapLocator(
         town.roads, prior=Prior(*poses[0, :2], 60.0), settings=LocatorSettings(moved_m=50.0))
-    other = drive(town.walk(14, seed=8))
-    assert math.hypot(*(other[0, :2] - poses[800, :2])) > 200.0
-    before = follow(locator, steps_of(poses[:801], seed=1))
+    other = drive(town.walk(14, seed=3))
+    assert math.hypot(*(other[0, :2] - poses[400, :2])) > 200.0
+    before = follow(locator, steps_of(poses[:401], seed=1))
     assert before[-1].claimed
     locator.interrupt(math.inf, turn=math.pi)
     after = follow(locator, steps_of(other, seed=2))
@@ -45,12 +45,12 @@ def test_a_new_drive_that_begins_elsewhere_is_found(town, poses):
 
 def test_a_short_gap_keeps_the_place(town, poses):
     locator, steps = on_map(town), steps_of(poses, seed=1)
-    for step in steps[:1000]:
+    for step in steps[:400]:
         before = locator.update(step)
     locator.interrupt(6.0, turn=math.radians(5.0))
-    after = [locator.update(step) for step in steps[1003:]]
+    after = [locator.update(step) for step in steps[403:]]
     assert before.claimed and after[-1].claimed
-    assert errors(after, poses[1003:])[-1] < 10.0
+    assert errors(after, poses[403:])[-1] < 10.0
 
 
 @pytest.mark.parametrize('every', [100, 150])
@@ -61,12 +61,12 @@ def test_lost_frames_do_not_keep_a_drive_from_being_located(town, poses, every):
             locator.interrupt(5.0, turn=0.1)
         found.append(locator.update(step))
     start = located(found)
-    assert start is not None and start < 900
+    assert start is not None and start < 450
     assert claimed(found)[start:].mean() > 0.95
     assert errors(found, poses)[start:].max() < 25.0
 
 
-@pytest.mark.parametrize('seed', [1, 3, 4])
+@pytest.mark.parametrize('seed', [2, 5])
 def test_a_corner_in_a_gap_claims_no_wrong_place(town, seed):
     poses = drive(town.walk(12, seed=seed))
     turned = np.abs(poses[20:, 2] - poses[:-20, 2]) > 1.2
@@ -83,7 +83,7 @@ def test_a_corner_in_a_gap_claims_no_wrong_place(town, seed):
 @pytest.mark.parametrize('apart', [14, 20])
 @pytest.mark.parametrize('seed', range(2))
 def test_distant_poses_claim_no_wrong_place_at_corners(apart, seed):
-    town = Town(seed=3 + seed)
+    town = Town(5, seed=3 + seed)
     poses = drive(town.walk(14, seed=seed))[::apart]
     found = follow(MapLocator(town.roads, prior=Prior(*poses[0, :2], 60.0)), steps_of(poses))
     off = errors(found, poses)
@@ -92,7 +92,7 @@ def test_distant_poses_claim_no_wrong_place_at_corners(apart, seed):
 
 
 def test_a_street_that_the_map_lacks_is_passed_in_a_gap():
-    town = Town()
+    town = Town(5)
     way = town.way(14, seed=0)
     hidden = {way[7], way[8]}
     roads = RoadMap.from_ways(
