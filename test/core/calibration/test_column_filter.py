@@ -92,29 +92,39 @@ def test_a_worse_fit_counts_less():
 
 
 CAMERA = Camera.with_field_of_view(480, 240, 80)
+AFTER_ONE = 51
+"""Number of frames up to the end of the first corner, and a second more."""
+
+
+@cache
+def corners():
+    """Return a drive around two corners, and its scene."""
+    drive = plan_drive(
+        'corners', [Straight(1.0), Turn(90, 3, 4.5), Straight(1.0), Turn(-90, 3, 4.5),
+                    Straight(1.0)], rate_hz=10.0, speed=7.0, camera=CAMERA, seed=4)
+    return drive, drive.build_scene()
 
 
 @cache
 def drive_of(aside):
-    """Return a drive around two corners, and its frames; the centre of the lens is aside."""
+    """Return the drive, and its frames; the centre of the lens is aside."""
+    drive, scene = corners()
     camera = replace(CAMERA, cx=CAMERA.cx + aside * CAMERA.width)
-    drive = plan_drive(
-        'corners', [Straight(1.5), Turn(90, 3, 4.5), Straight(1.5), Turn(-90, 3, 4.5),
-                    Straight(1.5)], rate_hz=10.0, speed=7.0, camera=camera, seed=4)
-    return drive, list(render_drive(drive))
+    return drive, list(render_drive(replace(drive, camera=camera), scene=scene))
 
 
-def followed(aside, *, factor=1.0, **offset):
+def followed(aside, *, factor=1.0, count=None, **offset):
     drive, frames = drive_of(aside)
+    frames = frames[:count]
     estimator = TrajectoryEstimator(EstimatorSettings(
         code_source=CodeSource.AUTO, lens=Lens(focal_px=factor * CAMERA.focal, **offset)))
     updates = [estimator.update(frame, stamp)
                for frame, stamp in zip(frames, drive.stamps_ns.tolist())][1:]
-    truth = drive.poses[1:, 2] - drive.poses[0, 2]
+    truth = drive.poses[1:len(frames), 2] - drive.poses[0, 2]
     return estimator, np.degrees([update.heading.heading for update in updates] - truth)
 
 
-@pytest.mark.parametrize('aside', [-0.025, 0.0, 0.025])
+@pytest.mark.parametrize('aside', [-0.025, 0.025])
 def test_corners_tell_the_column_of_a_given_focal_length(aside):
     estimator, errors = followed(aside)
     in_use = estimator.heading.camera.in_use
@@ -126,7 +136,7 @@ def test_corners_tell_the_column_of_a_given_focal_length(aside):
 
 
 @pytest.mark.parametrize(('aside', 'factor', 'contradicted'), [
-    (0.0, 1.0, False), (0.025, 1.0, False), (0.0, 1.04, False), (0.0, 0.96, False),
+    (0.025, 1.0, False), (0.0, 1.04, False), (0.0, 0.96, False),
     (0.0, 1.3, True), (0.0, 0.77, True), (0.0, 0.5, True)])
 def test_turns_contradict_a_focal_length_that_is_wrong(aside, factor, contradicted):
     estimator, _ = followed(aside, factor=factor)
@@ -142,7 +152,7 @@ def test_a_turn_at_the_end_contradicts_a_focal_length_too():
     drive, frames = drive_of(0.0)
     estimator = TrajectoryEstimator(EstimatorSettings(
         code_source=CodeSource.AUTO, lens=Lens(focal_px=1.5 * CAMERA.focal)))
-    for frame, stamp in zip(frames[:32], drive.stamps_ns.tolist()):
+    for frame, stamp in zip(frames[:27], drive.stamps_ns.tolist()):
         estimator.update(frame, stamp)
     assert not estimator.heading.camera.contradicted
     estimator.heading.finish()
@@ -150,7 +160,7 @@ def test_a_turn_at_the_end_contradicts_a_focal_length_too():
 
 
 def test_a_column_that_was_learned_upside_down_is_that_of_the_same_pixels():
-    estimator, _ = followed(0.025)
+    estimator, _ = followed(0.025, count=AFTER_ONE)
     learned = estimator.heading.camera.lens.offset
     assert learned > 0.0
     estimator.reconfigure(replace(estimator.settings, view=View(rotate_180=True)))
@@ -160,12 +170,12 @@ def test_a_column_that_was_learned_upside_down_is_that_of_the_same_pixels():
 
 
 def test_an_offset_that_is_given_is_believed():
-    estimator, _ = followed(0.0, offset=0.01)
+    estimator, _ = followed(0.0, offset=0.01, count=AFTER_ONE)
     assert estimator.heading.camera.in_use.offset == 0.01
 
 
 def test_the_lens_that_was_given_may_be_given_again():
-    estimator, _ = followed(0.025)
+    estimator, _ = followed(0.025, count=AFTER_ONE)
     learned = estimator.heading.camera.lens
     estimator.use_lens(Lens(focal_px=CAMERA.focal))
     assert estimator.heading.camera.lens is learned
