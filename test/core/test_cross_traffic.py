@@ -41,10 +41,9 @@ def headings(frames, *, lens=KNOWN, source=CodeSource.AUTO):
     return estimator, [0.0, *(math.degrees(each.heading.heading) for each in updates)]
 
 
-@pytest.mark.parametrize(('width', 'height', 'step'), [
-    (0.8, 0.7, 6), (0.8, 0.7, -15), (1.5, 0.6, 10), (1.5, 0.75, -6)])
-@pytest.mark.parametrize('lens', [KNOWN, None], ids=['known', 'unknown'])
-def test_a_lorry_that_crosses_close_in_front_is_not_a_turn(drive, width, height, step, lens):
+@pytest.mark.parametrize(('lens', 'width', 'height', 'step'), [
+    (KNOWN, 0.8, 0.7, 6), (None, 0.8, 0.7, -15), (None, 1.5, 0.6, 10), (KNOWN, 1.5, 0.75, -6)])
+def test_a_lorry_that_crosses_close_in_front_is_not_a_turn(drive, lens, width, height, step):
     before = drive[:HALT + 1]
     lorry = list(crossing(drive[HALT], width=width, height=height, step=step))
     estimator, heading = headings([*before, *lorry, *halted(drive[HALT], 5)], lens=lens)
@@ -121,7 +120,7 @@ def test_a_robot_that_sees_much_of_its_body_turns_on_the_spot(acceleration):
 
 def test_a_queue_of_lorries_does_not_make_the_street_fixed_to_the_camera(drive):
     lorries = [
-        frame for seed in range(3)
+        frame for seed in range(2)
         for frame in crossing(drive[HALT], width=2.0, height=0.6, step=8, wait=3, seed=seed)]
     estimator, heading = headings([*drive[:HALT + 1], *lorries])
     assert abs(heading[-1] - heading[HALT + 5]) < 4.0

@@ -270,8 +270,9 @@ def test_the_springs_before_a_stop_are_no_curve_of_the_road_after_it(nod, rate_h
         way, pitch = way + 6.0 * interval, nod * (index + 1) / pairs
         meter.update(road.seen(way, pitch=pitch), interval,
                      motion(pitch=-nod / pairs, slope=-math.tan(pitch)))
+    rests = road.seen(way)
     for _ in range(10 * rate_hz):
-        meter.update(road.seen(way), interval, motion(passing=0.0), still=True)
+        meter.update(rests, interval, motion(passing=0.0), still=True)
     begun, measured = way, 0.0
     for index in range(rate_hz):
         step = 1.5 * (index + 1) * interval ** 2
