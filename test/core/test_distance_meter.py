@@ -130,13 +130,13 @@ def test_a_speed_wins_calibrates_the_height_and_leaves_the_road_to_go_on():
 
 @pytest.mark.parametrize('rate_hz', [10, 30])
 def test_a_height_is_learned_from_speeds_at_any_frame_rate(rate_hz):
-    plan = [Straight(6.0)]
+    plan = [Straight(4.5)]
     camera = Camera.with_field_of_view(320, 180, 70)
     drive = plan_drive('', plan, rate_hz=rate_hz, speed=8.0, camera=camera, seed=3)
     estimator = TrajectoryEstimator(EstimatorSettings(
         lens=Lens(hfov_deg=70.0), code_source=CodeSource.AUTO, awaits_speeds=True))
     stamps = drive.stamps_ns.tolist()
-    for stamp in range(stamps[0], stamps[0] + 3 * S, S // 10):
+    for stamp in range(stamps[0], stamps[0] + 3 * S // 2, S // 10):
         estimator.add_speed(stamp, 8.0)
     for frame, stamp in zip(render_drive(drive), stamps):
         update = estimator.update(frame, stamp)

@@ -32,7 +32,7 @@ SPEED = 6.0
 @cache
 def corner():
     """Return a drive round a corner at 60 frames per second, with the noise of a sensor."""
-    drive = plan_drive('corner', [Straight(1.0), Turn(70, 2.0, 4.0), Straight(1.0)],
+    drive = plan_drive('corner', [Straight(0.5), Turn(70, 2.0, 4.0), Straight(0.5)],
                        rate_hz=60.0, speed=SPEED, camera=CAMERA, seed=5)
     rng = np.random.default_rng(0)
     return drive, [

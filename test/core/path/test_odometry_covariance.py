@@ -127,7 +127,7 @@ def simulated(rng, *, rate_hz, seconds=8.0, share=1.0):
 def test_poses_and_motions_scatter_as_they_say(rate_hz, share):
     rng = np.random.default_rng(rate_hz)
     pose, speed, rate = np.array([
-        simulated(rng, rate_hz=rate_hz, share=share) for _ in range(160)]).T
+        simulated(rng, rate_hz=rate_hz, share=share) for _ in range(80)]).T
     assert np.mean(pose) == pytest.approx(3.0, abs=0.8)
     assert np.mean((pose > BAND[0]) & (pose < BAND[1])) > 0.9
     assert np.mean(speed) == pytest.approx(1.0, abs=0.4)

@@ -25,7 +25,7 @@ SECOND = 1_000_000_000
 
 @pytest.fixture(scope='module')
 def drive():
-    plan = [Straight(2.0), Turn(-90.0, 3.0, 4.5), Straight(2.0)]
+    plan = [Straight(1.0), Turn(-90.0, 3.0, 4.5), Straight(1.0)]
     return list(render_drive(plan_drive(
         'a drive', plan, rate_hz=10.0, camera=Camera.with_field_of_view(320, 240, 70), speed=6.0,
         seed=8)))

@@ -36,7 +36,7 @@ def travelled(rng, *, mounted=0.0, slope=0.0, rate_hz, seconds=30.0, turn=0.0):
 @pytest.mark.parametrize('rate_hz', [5, 60])
 def test_it_scatters_as_it_says_at_any_frame_rate(rate_hz):
     rng = np.random.default_rng(rate_hz)
-    drawn = rng.normal(0.0, TUNING.mounting_deviation, 200)
+    drawn = rng.normal(0.0, TUNING.mounting_deviation, 100)
     found = [travelled(rng, mounted=angle, rate_hz=rate_hz) for angle in drawn]
     off = [(one.angle - angle) / one.deviation for one, angle in zip(found, drawn)]
     assert 0.4 < np.mean(np.square(off)) < 2.5
@@ -90,26 +90,18 @@ def test_the_pitch_outlasts_a_reset_and_the_azimuth_does_not():
     assert meter.mounting.level == pytest.approx(known.level, abs=0.001)
 
 
-@pytest.fixture(scope='module')
-def road():
-    """Return a drive with one bend, and its scene."""
+def test_a_camera_that_points_aside_does_not_turn_a_straight_road():
     drive = plan_drive(
-        '', [Straight(8), Turn(-30, 3), Straight(8)], rate_hz=10.0, speed=9.0, seed=5,
+        '', [Straight(6), Turn(-30, 3), Straight(6)], rate_hz=10.0, speed=9.0, seed=5,
         camera=Camera.with_field_of_view(480, 180, 85))
-    return drive, drive.build_scene()
-
-
-@pytest.mark.parametrize('aside_deg', [0.0, 4.0])
-def test_a_camera_that_points_aside_does_not_turn_a_straight_road(road, aside_deg):
-    drive, scene = road
     camera, poses = drive.camera, drive.poses.copy()
-    poses[:, 2] += math.radians(aside_deg)
+    poses[:, 2] += math.radians(4.0)
     estimator = TrajectoryEstimator(EstimatorSettings(
         code_source=CodeSource.HEADING, lens=Lens(camera=CameraModel(
             width=480, height=180, fx=camera.focal, fy=camera.focal, cx=camera.cx,
             cy=camera.cy))))
-    for index, frame in enumerate(render_drive(replace(drive, poses=poses), scene=scene)):
+    for index, frame in enumerate(render_drive(replace(drive, poses=poses))):
         update = estimator.update(frame, drive.stamps_ns[index])
     true = poses[-1, 2] - poses[0, 2]
-    # Of a camera 4 degrees aside, about 3 without it.
+    # About 3 without it.
     assert abs(math.degrees(update.heading.heading - true)) < 1.25
