@@ -56,7 +56,7 @@ def test_rotation_is_taken_out(yaw, pitch, roll):
 
 
 @pytest.mark.parametrize('yaw_rate', [0.4, -0.4])
-@pytest.mark.parametrize('roll', [0.0, 0.1, 0.3])
+@pytest.mark.parametrize('roll', [0.0, 0.3])
 def test_the_turn_of_a_rolled_camera_whose_blocks_do_not_agree(roll, yaw_rate):
     road, pitch, step, distances = Road(PINHOLE, 0.03), 0.03, 0.4, []
     meter = RoadMeter(PINHOLE, Horizon(pitch, pitch_deviation=0.01))
@@ -107,7 +107,7 @@ def test_it_stands_where_the_road_does_and_goes_exactly_nowhere():
 
 
 @pytest.mark.parametrize(
-    ('speed', 'rate'), [(0.15, 10.0), (0.15, 120.0), (0.85, 60.0), (2.0, 10.0), (2.0, 120.0)])
+    ('speed', 'rate'), [(0.15, 10.0), (0.15, 120.0), (2.0, 10.0), (2.0, 120.0)])
 def test_the_way_of_a_slow_vehicle_does_not_depend_on_the_frame_rate(speed, rate):
     road, seconds = Road(PINHOLE), 1.5
     meter = RoadMeter(PINHOLE, SURE)
