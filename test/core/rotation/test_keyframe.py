@@ -33,7 +33,7 @@ PICTURE = BlockPicture(np.zeros((8, 8), np.uint8), *np.zeros((5, 3)))
 @cache
 def walk():
     """Return a drive at a walking pace with a corner, at 60 frames per second."""
-    drive = plan_drive('walk', [Straight(0.7), Turn(60, 3.0, 1.4), Straight(0.5)],
+    drive = plan_drive('walk', [Straight(0.5), Turn(45, 2.2, 1.4), Straight(0.4)],
                        rate_hz=60.0, speed=1.4, camera=CAMERA, seed=5)
     return drive, list(render_drive(drive))
 
