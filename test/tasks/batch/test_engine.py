@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One engine for processes of this machine and for a cluster, with the same rules for both."""
 
+from importlib import import_module
 import json
 import multiprocessing
 import os
@@ -39,17 +40,25 @@ def marks(marks_of_all):
     return marks_of_all
 
 
-def local_cluster(workers):
+@pytest.fixture(scope='module')
+def local_cluster(marks_of_all):
+    """Return a function that starts a cluster, whose workers inherit the folder of marks."""
     distributed = pytest.importorskip('distributed')
-    return distributed.LocalCluster(
-        n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None,
-        silence_logs=50)
+    with import_module('dask').config.set(
+            {'distributed.worker.multiprocessing-method': 'forkserver'}):
+        # Workers are forks of a process that has imported what they need.
+        distributed.utils.get_mp_context().set_forkserver_preload([
+            'distributed', 'matplotlib.backends.backend_agg', 'matplotlib.figure',
+            'phase_traj_ros.tasks.batch.outcome', 'pytest'])
+        yield lambda workers: distributed.LocalCluster(
+            n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None,
+            silence_logs=50)
 
 
 @pytest.fixture(scope='module')
-def scheduler(marks_of_all):
-    """Return the address of a scheduler, whose workers inherit the folder of marks."""
-    with local_cluster(workers=2) as found:
+def scheduler(local_cluster):
+    """Return the address of a scheduler of two workers."""
+    with local_cluster(2) as found:
         yield found.scheduler_address
 
 
@@ -176,11 +185,11 @@ def elsewhere(request, progress):
     raise Stopped
 
 
-def test_a_scheduler_that_ends_leaves_rows(tmp_path, marks, monkeypatch):
+def test_a_scheduler_that_ends_leaves_rows(tmp_path, local_cluster, monkeypatch):
     monkeypatch.setattr(executors, '_ANSWER_S', 3)
     batch = Batch(jobs_for(
         tmp_path, [write_rolled(tmp_path / name) for name in ('short', 'endless')]), run=endless)
-    found = local_cluster(workers=1)
+    found = local_cluster(1)
 
     def end(_):
         if batch.rows[0].status is Status.OK and found.status.name == 'running':
