@@ -43,7 +43,8 @@ def test_replay_and_its_report(cut_off, tmp_path, capsys):
 def test_several_recordings(cut_off, tmp_path):
     whole = write_rolled(tmp_path / 'whole')
     out = tmp_path / 'out'
-    assert main(['replay', str(whole), str(cut_off), '--output', str(out), *GIVEN]) == 0
+    assert main([
+        'replay', str(whole), str(cut_off), '--jobs', '1', '--output', str(out), *GIVEN]) == 0
     with (out / 'summary.csv').open() as file:
         missing = [int(row['missing_frames']) for row in csv.DictReader(file)]
     assert missing[0] == 0 < missing[1]

@@ -9,6 +9,7 @@ from threading import Event
 
 import cv2
 import numpy as np
+from phase_traj_ros.cli.main import main
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.ros.playback.player import FramePlayer
 from phase_traj_ros.ros.spin import ros_context, spinning
@@ -40,9 +41,13 @@ def playing(recording, *options):
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-def play(recording, *options):
-    with playing(recording, *options) as player:
-        return (*player.communicate(), player.returncode)
+@pytest.fixture
+def play(capfd, domain, recording):
+    """Return a function that plays in this process, and returns what is said and the status."""
+    def made(*options):
+        status = main(['play', str(recording), *options])
+        return (*capfd.readouterr(), status)
+    return made
 
 
 def test_no_frame_is_lost_at_the_start(live, recording):
@@ -114,15 +119,15 @@ def test_the_clock_is_left_to_others_unless_it_is_asked_for(live, recording):
     assert times == sorted(times)
 
 
-def test_where_nobody_subscribes_it_is_said(recording, domain):
-    out, said, status = play(recording, '--rate', '1000', '--wait', '0.1')
+def test_where_nobody_subscribes_it_is_said(play):
+    out, said, status = play('--rate', '1000', '--wait', '0.1')
     assert 'warning: no subscriber to /image with a matching quality of service' in said
     assert (out, status) == ('published 20 frames\n', 0)
 
 
 @pytest.mark.parametrize('topic', ['/front-camera/image_raw', 'bad topic', '/'])
-def test_a_name_that_no_topic_can_have(recording, domain, topic):
-    out, said, status = play(recording, '--image-topic', topic)
+def test_a_name_that_no_topic_can_have(play, topic):
+    out, said, status = play('--image-topic', topic)
     assert (out, status) == ('', 2)
     assert said.startswith(f"phase_traj: error: '{topic}': invalid topic name: ")
     assert len(said.splitlines()) == 1

@@ -25,17 +25,16 @@ DRIVES = {
         wide(320, 200, 100.0), 10.0, 0.0,
         [Straight(1), Turn(-90, 9), Straight(1), Turn(90, 9), Straight(1)], 'RL'),
     'a U-turn of a fisheye': (
-        wide(240, 180, 130.0, fisheye=EQUIDISTANT), 15.0, 5.0,
+        wide(240, 180, 130.0, fisheye=EQUIDISTANT), 12.0, 5.0,
         [Straight(1), Turn(-180, 6, 4), Straight(1)], 'RR'),
     'a lap of a narrow view': (
-        wide(320, 240, 45.0), 10.0, 0.0, [Straight(1), Turn(360, 14, 5), Straight(1)], 'LLLL'),
+        wide(320, 240, 45.0), 10.0, 0.0, [Straight(1), Turn(360, 11, 5), Straight(1)], 'LLLL'),
     'a tilted camera': (
         wide(320, 240, 75.0), 10.0, 15.0,
         [Straight(1), Turn(90, 3, 4.5), Straight(1.5), Turn(75, 2.5, 4.5), Straight(1)], 'LL'),
     'bends that turn nobody around': (
         wide(320, 240, 90.0), 10.0, 0.0,
-        [Straight(1), Turn(35, 2.5, 6), Turn(-35, 2.5, 6), Straight(1), Turn(-42, 3, 6),
-         Turn(42, 3, 6), Straight(1)], ''),
+        [Straight(1), Turn(-42, 3, 6), Turn(42, 3, 6), Straight(1)], ''),
     'standing still': (wide(320, 240, 75.0), 10.0, 0.0, [Straight(3, 0.0)], ''),
 }
 
