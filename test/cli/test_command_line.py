@@ -78,9 +78,9 @@ def refused(run):
     return lambda *arguments: checked(run(*arguments))
 
 
-def test_replay_writes_everything(folder, tmp_path):
+def test_replay_writes_everything(run, folder, tmp_path):
     output = tmp_path / 'deep' / 'results'
-    result = in_a_process('replay', folder, '--output', output, '--fps', '20', *PAPER)
+    result = run('replay', folder, '--output', output, '--fps', '20', *PAPER)
     assert (result.returncode, result.stderr) == (0, '')
     assert 'movement  (7): 1x1 0x1 3x1 1x1 2x1 1x2' in result.stdout
     assert 'direction (6): 1x1 0x2 1x3' in result.stdout

@@ -340,7 +340,7 @@ def test_a_threshold_at_run_time_is_the_papers_rule(live, drive):
     # Up to the end of the first turn.
     images = [
         StampedFrame(frame, stamp, 'mono8')
-        for frame, stamp in zip(frames[:80], drive.stamps_ns.tolist())]
+        for frame, stamp in zip(frames[:65], drive.stamps_ns.tolist())]
     for threshold in (0.0, 12.0, 0.0):
         if any(heard.values()):
             # No parameter restarts the codes of an active node.
