@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The offline replay where the camera, and perhaps the speed, are known."""
 
+from dataclasses import replace
 from functools import lru_cache
 import json
 import math
 
-from half_size import half_demo
 import numpy as np
 from phase_traj_ros.core import (
     Direction,
@@ -25,7 +25,13 @@ from phase_traj_ros.io.results.files import Snapshot
 from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.synthetic import render_drive, write_drive_bag
+from phase_traj_ros.synthetic import (
+    Camera,
+    KITTI_CAMERA,
+    named_drive,
+    render_drive,
+    write_drive_bag,
+)
 from phase_traj_ros.synthetic.degradations import sensor_noise
 from phase_traj_ros.tasks.batch.job import replay_source, ReplayRequest
 import pytest
@@ -35,15 +41,19 @@ NARROW = {'code_source': 'heading'}
 PAPER = {'code_source': 'shift'}
 
 
+# A third of KITTI's camera in each direction, with even sides.
+THIRD = Camera(412, 124, KITTI_CAMERA.focal / 3, 205.5, 61.5)
+
+
 @lru_cache
 def town():
-    return half_demo(1).build_scene()
+    return named_drive('demo').build_scene()
 
 
 @lru_cache
 def demo():
     """Return the demo's drive up to the end of its second turn, and its frames."""
-    drive = half_demo(135)
+    drive = replace(named_drive('demo'), camera=THIRD).take(range(135))
     stamps = drive.stamps_ns.tolist()
     return drive, [StampedFrame(image, stamp) for image, stamp in zip(
         render_drive(drive, scene=town()), stamps)]
