@@ -64,7 +64,7 @@ def test_speed_stop_and_rate_make_no_difference(drive):
 
 
 def test_real_driving_at_half_the_rate(kitti_root):
-    parameters = Parameters(code_step=5.0, camera_height=1.65)
+    parameters = Parameters(code_step=2.5, camera_height=1.65)
     # Around a corner.
     with open_source(
             kitti_root / '00', selection=Selection(start=5.0, duration=12.0)) as source:
