@@ -119,7 +119,8 @@ class Location:
     def add(self, update: Update) -> None:
         """Queue a pair of frames to be located; publish the estimates since the last one."""
         pair = MovedPair.of(update)
-        self._unmeasured = pair is None
+        # A repeated picture does not tell.
+        self._unmeasured = pair is None or (self._unmeasured and pair.distance is None)
         if pair is not None:
             self._stamp_ns = update.stamp_ns
             self._worker.add(Moved(update.stamp_ns, self._motions.of(pair), update.odometry))

@@ -154,13 +154,15 @@ def test_a_new_drive_interrupts(made):
 
 def test_pairs_without_a_distance_are_not_located_and_said(made):
     location, sent, _ = made()
-    update, after, _ = updates(drive()[:4])
+    update, repeated, after = updates(drive()[:4])
     update.travel = None
+    repeated.status = PairStatus.REPEATED
     location.add(update)
-    report = location.report()
-    assert report.level == Level.WARN and 'give the camera height' in report.message
     location._publish_placed()
     assert sent['~/fix'] == []
+    location.add(repeated)
+    report = location.report()
+    assert report.level == Level.WARN and 'give the camera height' in report.message
     # The height has come.
     location.add(after)
     assert location.report().level == Level.OK
