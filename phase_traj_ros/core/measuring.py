@@ -18,7 +18,7 @@ from phase_traj_ros.core.fixed.guard import FixedGuard
 from phase_traj_ros.core.heading.cuts import CutDetector
 from phase_traj_ros.core.heading.yaw_camera import YawCamera
 from phase_traj_ros.core.road.road_camera import RoadCamera
-from phase_traj_ros.core.road.travel import Travel
+from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.road.tuning import TUNING as ROAD
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import EstimatorSettings
@@ -202,6 +202,9 @@ class PairMeter:
         pair = replace(pair, travel=travel)
         if guards and travel.covered:
             return replace(pair, quality=Quality.MEASURED, fixed=True, slides=False)
+        if pair.quality is Quality.STILL and travel.state is not TravelState.STANDING:
+            # Of a straight road without texture, too little changes to be seen in the picture.
+            return replace(pair, quality=Quality.MEASURED)
         if (guards and travel.rests and pair.quality is Quality.MEASURED
                 and (pair.fixed or _may_follow_traffic(pair.yaw, times.waited))):
             return replace(pair, quality=Quality.STILL)

@@ -100,7 +100,8 @@ class RoadMeter:
         A vehicle that drives straight ahead travels at this ``azimuth`` of the camera, in radians,
         positive to the right. ``roll`` is the current roll of the camera relative to the road, in
         radians, positive right side down; None if it is that of the horizon. ``still`` is whether
-        the vehicle is known to stand.
+        nothing but traffic moves in the picture. Of a vehicle that cannot have stopped yet, the
+        road has to show it.
         """
         self._azimuth = azimuth
         self._roll = self._horizon.roll if roll is None else roll
@@ -110,22 +111,24 @@ class RoadMeter:
         if motion is not None:
             yaw = motion.yaw
         self._standstill.see(frame, interval, yaw or 0.0)
-        if still or yaw is None:
+        turns = yaw is not None and abs(yaw) > TUNING.driving_yaw_rate * interval
+        # What turns while nothing moves is traffic.
+        stands = still and (yaw is None or turns or self.speed_filter.least == 0.0)
+        if stands or yaw is None:
             # A pair that shows no pitch rate: what it was before fades.
             self._average(0.0, interval)
             self.start(frame)
-            return (self._standstill.halt(interval, self._measured) if still
+            return (self._standstill.halt(interval, self._measured) if stands
                     else self.speed_filter.bridge(interval, self._measured))
         nod = 0.0 if motion is None else self._nod(motion, interval)
         if motion is not None:
             self._learn_pitch(motion, nod, interval)
-        turns = abs(yaw) > TUNING.driving_yaw_rate * interval
         turn = (yaw, nod - yaw * math.tan(self._roll), 0.0 if motion is None else motion.roll)
         self._key.add_rotation(
             *turn, nod=nod, interval=interval, near=None if motion is None else motion.near,
             agreement=0.0 if motion is None or turns else motion.agreement)
         return self._measure(
-            frame, interval, turn, nod=nod,
+            frame, interval, turn, nod=nod, still=still,
             passes=(motion is not None and motion.certain and motion.near >= 0.0
                     and motion.passing > TUNING.driving),
             turns=motion is not None and turns)
@@ -145,7 +148,7 @@ class RoadMeter:
 
     def _measure(
         self, frame: Frame, interval: float, turn: tuple[float, float, float], *, nod: float,
-        passes: bool, turns: bool,
+        still: bool, passes: bool, turns: bool,
     ) -> Travel:
         """Compare the road with that of the keyframe, or bridge the pair."""
         key, view = self._key, self._view
@@ -158,7 +161,7 @@ class RoadMeter:
             return self.speed_filter.bridge(interval, self._measured, turns=turns)
         for patch in view.patches:
             patch.add(frame)
-        rest = self._rest(frame, interval, passes=passes, turns=turns)
+        rest = self._rest(frame, interval, still=still, passes=passes, turns=turns)
         if rest is not None:
             return rest
         speeds = self.speed_filter
@@ -193,16 +196,18 @@ class RoadMeter:
         found = self._slides(interval, self.speed_filter)
         return found, [patch.is_rivalled(each) for patch, each in zip(self._view.patches, found)]
 
-    def _rest(self, frame: Frame, interval: float, *, passes: bool, turns: bool) -> Travel | None:
+    def _rest(
+        self, frame: Frame, interval: float, *, still: bool, passes: bool, turns: bool,
+    ) -> Travel | None:
         """Return the distance of a pair if the road rests; None if it must be measured."""
         # The first patch is the near one, if that is in view: traffic mostly covers the far one.
         near, key, standstill = self._view.patches[0], self._key, self._standstill
-        if not standstill.rests(near, key, passes=passes):
+        if not standstill.rests(near, key, still=still, passes=passes):
             return None
         if passes:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured, turns=turns)
-        if standstill.lasts or key.age >= TUNING.standing_time:
+        if still or standstill.lasts or key.age >= TUNING.standing_time:
             return self._stand(frame, interval)
         return self._bridge_keyframe(interval) if key.moves else None
 

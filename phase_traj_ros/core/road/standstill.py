@@ -46,17 +46,20 @@ class Standstill:
                or abs(self._heading - self._seen[0][1]) > TUNING.recall_yaw):
             self._seen.popleft()
 
-    def rests(self, near: PatchMatcher, key: RoadKeyframe, *, passes: bool) -> bool:
+    def rests(
+        self, near: PatchMatcher, key: RoadKeyframe, *, still: bool, passes: bool,
+    ) -> bool:
         """
         Return whether the road rests in the near patch, so that the vehicle may stand.
 
-        ``passes`` is whether the world passes by in the newest pair, as the blocks show.
+        ``still`` is whether nothing moves in the picture of the newest pair; ``passes`` is whether
+        the world passes by, as the blocks show.
         """
         speeds = self._speeds
         self._stays |= speeds.standing
         # What recedes may be traffic that drives off, and so may be what moves as a vehicle stops,
         # unless all creeps: then an encoder may have copied the road of a slow vehicle.
-        stops = speeds.standing or (
+        stops = still or speeds.standing or (
             (speeds.may_stand or self._stops) and not (passes or key.creeps))
         rests = ((stops and near.has_moved) or (key.recedes and self._stays)) and near.rests()
         if rests and passes and not self.lasts:

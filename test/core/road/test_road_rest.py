@@ -188,6 +188,29 @@ def test_the_copied_road_of_a_slow_vehicle_does_not_stop_it(passing, agreement, 
     assert any(travel.rests for travel in travels[len(slow):]) is stands
 
 
+@pytest.mark.parametrize(('texture', 'state'), [
+    (True, TravelState.STANDING), (False, TravelState.BRIDGED)])
+def test_a_still_picture_stops_a_fast_vehicle_only_if_the_road_rests(texture, state):
+    """A road without texture looks the same wherever it is."""
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
+    rng, travels = np.random.default_rng(3), []
+    places = [*np.arange(12.0), *[11.0] * 24]
+    for number, place in enumerate(places):
+        frame = road.seen(place) + rng.normal(0.0, 1.0, PINHOLE.shape)
+        if number >= 12 and not texture:
+            frame[120:] = 110 + rng.normal(0.0, 1.0, frame[120:].shape)
+        picture = np.clip(frame, 0, 255).astype(np.uint8)
+        if number == 0:
+            meter.start(picture)
+        else:
+            still = number >= 12
+            moved = motion(passing=0.0 if still else 0.1)
+            travels.append(meter.update(picture, 0.1, moved, still=still))
+    assert {travel.state for travel in travels[11:14]} == {state}
+    # It has had the time to brake.
+    assert travels[-1].state is TravelState.STANDING
+
+
 def test_nothing_rests_before_the_road_has_moved():
     # It may be the body of the vehicle.
     travels = travels_of([(0.0, motion(yaw=0.02, passing=0.05))] * 20)
