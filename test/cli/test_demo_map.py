@@ -13,12 +13,13 @@ from phase_traj_ros.errors import ResultError
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.io.maps.write_osm import write_osm
-from phase_traj_ros.synthetic import Camera, town_drive
+from phase_traj_ros.synthetic import town_drive
 from phase_traj_ros.tasks.location import run
 from phase_traj_ros.tasks.location.motion import Interruption
 from phase_traj_ros.tasks.location.odometry import DriveOdometry, IN_METRES
 from phase_traj_ros.tasks.location.run import locate
 import pytest
+from smaller import THIRD
 from told_locator import ToldLocator
 
 ORIGIN = LocalProjection(54.5, 7.0)
@@ -64,7 +65,7 @@ def test_no_place_is_an_error(made):
 def test_the_demo_is_found_on_its_map(tmp_path, capsys, monkeypatch):
     pytest.importorskip('rosbags')
     # Up to well after its place is known.
-    drive = replace(town_drive(), camera=Camera.with_field_of_view(412, 124, 82.0))
+    drive = replace(town_drive(), camera=THIRD)
     monkeypatch.setattr(demo, 'town_drive', lambda: drive.take(range(360)))
     assert main(['demo', '--map', '--output', str(tmp_path / 'demo')]) == 0
 

@@ -19,7 +19,6 @@ from geometry_msgs.msg import (
     Vector3,
     Vector3Stamped,
 )
-from half_size import half_demo
 from lifecycle_msgs.msg import Transition
 from live import image, LATCHED, LOSSLESS
 from nav_msgs.msg import Odometry, Path
@@ -37,6 +36,7 @@ from phase_traj_ros.synthetic import render_drive
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo
+from smaller import half_demo
 from std_msgs.msg import Float64, Header, String, UInt8
 from std_srvs.srv import Trigger
 

@@ -68,7 +68,7 @@ def test_real_driving(kitti_root, tmp_path):
     assert (offline.frames, set(offline.movement)) == (50, {1, 2, 3})
 
 
-def test_replay_through_the_program_gives_the_same(folder, tmp_path_factory, capfd):
+def test_the_command_gives_the_same(folder, tmp_path_factory, capfd):
     output = tmp_path_factory.mktemp('results')
     status = main(['replay', str(folder), '--output', str(output), '--threshold', '16'])
     assert (status, capfd.readouterr().err) == (0, '')

@@ -5,10 +5,10 @@
 from dataclasses import replace
 from functools import lru_cache
 
-from half_size import HALF
 import numpy as np
 from phase_traj_ros.core import CameraModel
 from phase_traj_ros.synthetic import named_drive, render_drive
+from smaller import HALF
 
 
 @lru_cache

@@ -6,11 +6,11 @@ from dataclasses import replace
 from itertools import pairwise
 
 import cv2
-from half_size import HALF
 import numpy as np
 from phase_traj_ros.core import DynamicChainCode
 from phase_traj_ros.synthetic import KITTI_CAMERA, named_drive, render_drive
 import pytest
+from smaller import HALF
 
 
 def shifts(drive, scene):

@@ -5,7 +5,6 @@
 import sys
 
 import cv2
-from half_size import half_demo
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator, TrajectoryEstimator
 from phase_traj_ros.core.correlation import transforms
@@ -19,6 +18,7 @@ from phase_traj_ros.core.correlation.transforms import (
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.synthetic import render
 import pytest
+from smaller import half_demo
 
 try:
     find_transform(TransformLibrary.SCIPY)

@@ -25,24 +25,15 @@ from phase_traj_ros.io.results.files import Snapshot
 from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.synthetic import (
-    Camera,
-    KITTI_CAMERA,
-    named_drive,
-    render_drive,
-    write_drive_bag,
-)
+from phase_traj_ros.synthetic import named_drive, render_drive, write_drive_bag
 from phase_traj_ros.synthetic.degradations import sensor_noise
 from phase_traj_ros.tasks.batch.job import replay_source, ReplayRequest
 import pytest
+from smaller import THIRD
 
 NARROW = {'code_source': 'heading'}
 # The rule of the paper, of whose codes, paths and errors some of these tests are.
 PAPER = {'code_source': 'shift'}
-
-
-# A third of KITTI's camera in each direction, with even sides.
-THIRD = Camera(412, 124, KITTI_CAMERA.focal / 3, 205.5, 61.5)
 
 
 @lru_cache

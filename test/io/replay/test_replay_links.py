@@ -10,10 +10,10 @@ from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
+from phase_traj_ros.synthetic import plan_drive, render_drive, Straight, Turn
 import pytest
+from smaller import THIRD
 
-FOCAL = 238.6
 STREET = (Straight(1.5), Turn(90, 2.5, 5.5), Straight(1.0), Turn(-90, 2.5, 5.5), Straight(1.5))
 # In the middle of the first turn.
 STOP, STANDS = 56, 20
@@ -23,8 +23,7 @@ STOP, STANDS = 56, 20
 def drive():
     """Return the drive at 20 Hz, and its pictures."""
     found = plan_drive(
-        'street', STREET, rate_hz=20.0, speed=7.0, seed=1,
-        camera=Camera(412, 124, FOCAL, 205.5, 61.5, 1.65))
+        'street', STREET, rate_hz=20.0, speed=7.0, seed=1, camera=THIRD)
     return found, list(render_drive(found))
 
 
@@ -32,7 +31,7 @@ def driven(pictures, rate_hz, **values):
     frames = [
         StampedFrame(picture, 10**18 + round(index * 1e9 / rate_hz))
         for index, picture in enumerate(pictures)]
-    return replay(frames, Parameters(focal_px=FOCAL, **values), source='')
+    return replay(frames, Parameters(focal_px=THIRD.focal, **values), source='')
 
 
 def with_a_stop(pictures):

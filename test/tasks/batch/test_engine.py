@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One engine for processes of this machine and for a cluster, with the same rules for both."""
 
-from importlib import import_module
 import json
 import multiprocessing
 import os
@@ -44,7 +43,7 @@ def marks(marks_of_all):
 def local_cluster(marks_of_all):
     """Return a function that starts a cluster, whose workers inherit the folder of marks."""
     distributed = pytest.importorskip('distributed')
-    with import_module('dask').config.set(
+    with pytest.importorskip('dask').config.set(
             {'distributed.worker.multiprocessing-method': 'forkserver'}):
         # Workers are forks of a process that has imported what they need.
         distributed.utils.get_mp_context().set_forkserver_preload([

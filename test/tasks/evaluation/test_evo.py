@@ -8,12 +8,12 @@ import shutil
 import subprocess
 import sys
 
-from half_size import half_demo
 import numpy as np
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.synthetic import write_drive_bag
 from phase_traj_ros.tasks.evaluation.scores import absolute_error, relative_errors
 import pytest
+from smaller import half_demo
 
 
 @pytest.fixture(scope='module')
