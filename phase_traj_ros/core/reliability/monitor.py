@@ -77,6 +77,8 @@ class ReliabilityMonitor:
             self._seen_ns = stamp_ns
         elif evidence in _REASONS and stamp_ns - self._seen_ns > TUNING.unmeasured_ns:
             self._spans[_REASONS[evidence]].add(self._seen_ns, stamp_ns)
+            if evidence in _SCATTERED and interval_ns * 1e-9 >= TUNING.low_rate_s:
+                self._spans[Reason.RATE_TOO_LOW].add(self._seen_ns, stamp_ns)
         if not camera_known:
             self._spans[Reason.CAMERA_NOT_KNOWN].add(before, stamp_ns)
         if contradicted:
@@ -193,7 +195,7 @@ class ReliabilityMonitor:
         most = max(spoilt.values())
         named = [_REASONS[kind] for kind, count in spoilt.items()
                  if count == most or count >= TUNING.min_cause_share * judged]
-        scattered = spoilt[Evidence.SCATTERED] + spoilt[Evidence.JERKED]
+        scattered = sum(spoilt[each] for each in _SCATTERED)
         seconds = sum(part.seconds for part in self._parts)
         if scattered >= TUNING.min_cause_share * judged and seconds / pairs >= TUNING.low_rate_s:
             named.append(Reason.RATE_TOO_LOW)
@@ -206,6 +208,8 @@ _REASONS = {
     Evidence.SCATTERED: Reason.NOT_ONE_MOTION,
     Evidence.JERKED: Reason.SHAKING,
 }
+# What a low frame rate may explain.
+_SCATTERED = (Evidence.SCATTERED, Evidence.JERKED)
 
 
 @dataclass(slots=True)

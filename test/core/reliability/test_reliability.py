@@ -410,6 +410,15 @@ def test_only_far_frames_explain_scattered_blocks():
         assert ('rate_too_low' in driven.monitor.verdict().words) == low
 
 
+def test_far_frames_explain_a_part_in_which_blocks_are_scattered():
+    for interval, words in ((0.2, ('not_one_motion',)), (0.5, ('not_one_motion', 'rate_too_low'))):
+        interval = round(interval * SECOND)
+        driven = Driven().add('trusted', 20, interval=interval).add(
+            'scattered', 5, interval=interval, seen=False)
+        assert driven.monitor.verdict().words == words
+        assert driven.spans[-1][2] == words
+
+
 def test_each_reason_has_a_word_and_a_sentence():
     for reason in Reason:
         assert reason.value == reason.name.lower()
