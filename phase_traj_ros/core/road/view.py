@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The patches of the road that a camera sees, and the tilt for which they are made."""
 
+from collections import deque
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,8 @@ class RoadView:
         self.key_frame: Frame | None = None
         """Frame with which the next ones are compared; None if there is none."""
         self._key_roll = 0.0
+        # The newest frames on which the road had moved: new patches learn from them, too.
+        self._moved: deque[Frame] = deque(maxlen=TUNING.min_patches)
 
     @property
     def patches(self) -> tuple[PatchMatcher, ...]:
@@ -72,6 +75,10 @@ class RoadView:
         self._matchers = tuple(
             PatchMatcher(patch, least_offset=least)
             for patch in patches if patch.share > TUNING.min_seen)
+        for frame in self._moved:
+            for patch in self._matchers:
+                patch.add(frame)
+                patch.learn()
         if self.key_frame is not None:
             self.restart(self.key_frame, self._key_roll)
 
@@ -84,6 +91,8 @@ class RoadView:
     def renew(self, frame: Frame, roll: float, *, learns: bool) -> None:
         """Make the newest projected frame the keyframe; the patches may learn from it."""
         self.key_frame, self._key_roll = frame, roll
+        if learns:
+            self._moved.append(frame)
         for patch in self.patches:
             if learns:
                 patch.learn()

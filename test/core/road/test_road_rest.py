@@ -211,6 +211,20 @@ def test_a_still_picture_stops_a_fast_vehicle_only_if_the_road_rests(texture, st
     assert travels[-1].state is TravelState.STANDING
 
 
+def test_a_road_that_has_moved_rests_in_new_patches_too():
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
+    rng, travels = np.random.default_rng(3), []
+    meter.start(road.seen(0.0))
+    traffic = replace(motion(yaw=0.02, passing=0.0), agreement=0.4)
+    for number, (place, moved) in enumerate(
+            [*driven([*BRAKING, *STOP]), *[(BRAKING[-1], traffic)] * 10]):
+        if number == len(BRAKING) - 1:
+            meter.use_mask(np.ones(PINHOLE.shape, np.float32))
+        frame = road.seen(place) + rng.normal(0.0, 1.0, PINHOLE.shape)
+        travels.append(meter.update(np.clip(frame, 0, 255).astype(np.uint8), 0.1, moved))
+    assert all(travel.rests for travel in travels[-10:])
+
+
 def test_nothing_rests_before_the_road_has_moved():
     # It may be the body of the vehicle.
     travels = travels_of([(0.0, motion(yaw=0.02, passing=0.05))] * 20)
