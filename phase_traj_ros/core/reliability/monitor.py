@@ -31,6 +31,8 @@ class ReliabilityMonitor:
         self._spans = {reason: Spans() for reason in Reason}
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
         self._seen_ns = self._measured_ns = 0
+        # The frames since the newest one whose motion was measured.
+        self._unseen = 0
         self._rivalled_ns: int | None = None
         self._scene = SceneDistance()
         self._usual_ns = self._still_ns = 0
@@ -73,11 +75,13 @@ class ReliabilityMonitor:
         if stands:
             self._still_ns += interval_ns
         part.missed += missed ** 2
+        self._unseen += frames
         if seen:
-            self._seen_ns = stamp_ns
+            self._seen_ns, self._unseen = stamp_ns, 0
         elif evidence in _REASONS and stamp_ns - self._seen_ns > TUNING.unmeasured_ns:
             self._spans[_REASONS[evidence]].add(self._seen_ns, stamp_ns)
-            if evidence in _SCATTERED and interval_ns * 1e-9 >= TUNING.low_rate_s:
+            mean_s = 1e-9 * (stamp_ns - self._seen_ns) / self._unseen
+            if evidence in _SCATTERED and mean_s >= TUNING.low_rate_s:
                 self._spans[Reason.RATE_TOO_LOW].add(self._seen_ns, stamp_ns)
         if not camera_known:
             self._spans[Reason.CAMERA_NOT_KNOWN].add(before, stamp_ns)

@@ -32,7 +32,7 @@ class RoadView:
         """Frame with which the next ones are compared; None if there is none."""
         self._key_roll = 0.0
         # The newest frames on which the road had moved: new patches learn from them, too.
-        self._moved: deque[Frame] = deque(maxlen=TUNING.min_patches)
+        self._moved: deque[Frame] = deque(maxlen=TUNING.relearned_patches)
 
     @property
     def patches(self) -> tuple[PatchMatcher, ...]:

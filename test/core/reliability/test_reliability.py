@@ -419,6 +419,15 @@ def test_far_frames_explain_a_part_in_which_blocks_are_scattered():
         assert driven.spans[-1][2] == words
 
 
+@pytest.mark.parametrize('lost', [
+    {'interval': 3 * TENTH}, {'interval': 3 * TENTH, 'frames': 6}])
+def test_a_few_far_frames_explain_no_scattered_blocks(lost):
+    driven = Driven().add('trusted', 20, interval=SECOND // 20)
+    driven.add('scattered', 10, interval=SECOND // 20, seen=False)
+    driven.add('scattered', 0.3, seen=False, **lost)
+    assert driven.monitor.verdict().words == ('not_one_motion',)
+
+
 def test_each_reason_has_a_word_and_a_sentence():
     for reason in Reason:
         assert reason.value == reason.name.lower()

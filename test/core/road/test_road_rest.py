@@ -95,7 +95,7 @@ def test_a_load_on_the_near_road_holds_the_vehicle_for_a_moment_only():
 
 
 def test_a_load_does_not_hold_a_vehicle_that_reverses():
-    """It is laid down, or what was learned of it is forgotten with a new mask."""
+    """It is laid down while the vehicle drives."""
     load = cv2.GaussianBlur(np.random.default_rng(2).normal(size=PINHOLE.shape), (0, 0), 1.5)
 
     def cover(number, frame):
@@ -211,18 +211,28 @@ def test_a_still_picture_stops_a_fast_vehicle_only_if_the_road_rests(texture, st
     assert travels[-1].state is TravelState.STANDING
 
 
-def test_a_road_that_has_moved_rests_in_new_patches_too():
+@pytest.mark.parametrize('remake', [
+    lambda meter: meter.use_mask(np.ones(PINHOLE.shape, np.float32)),
+    # As if they had been made for another pitch.
+    lambda meter: setattr(meter._view, 'pitch', 0.01)])
+def test_new_patches_rest_and_start_as_those_before_them(remake):
     road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
     rng, travels = np.random.default_rng(3), []
     meter.start(road.seen(0.0))
+    braking = np.cumsum([*[0.4] * 20, 0.3, 0.2, 0.1, 0.05])
     traffic = replace(motion(yaw=0.02, passing=0.0), agreement=0.4)
-    for number, (place, moved) in enumerate(
-            [*driven([*BRAKING, *STOP]), *[(BRAKING[-1], traffic)] * 10]):
-        if number == len(BRAKING) - 1:
-            meter.use_mask(np.ones(PINHOLE.shape, np.float32))
+    pairs = driven([*braking, *[braking[-1]] * 10, *(braking[-1] - BRAKING[-1] + STARTING)])
+    pairs[len(braking) + 10:len(braking) + 10] = [(braking[-1], traffic)] * 10
+    for number, (place, moved) in enumerate(pairs):
+        if number == len(braking) - 4:
+            patches = meter._view.patches
+            remake(meter)
         frame = road.seen(place) + rng.normal(0.0, 1.0, PINHOLE.shape)
         travels.append(meter.update(np.clip(frame, 0, 255).astype(np.uint8), 0.1, moved))
-    assert all(travel.rests for travel in travels[-10:])
+    stood, start = travels[len(braking) + 10:-len(STARTING)], travels[-len(STARTING):]
+    assert meter._view.patches is not patches
+    assert all(travel.rests for travel in stood)
+    assert sum(travel.distance for travel in start) == pytest.approx(3.95, abs=2 * CELL)
 
 
 def test_nothing_rests_before_the_road_has_moved():
