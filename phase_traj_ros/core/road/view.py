@@ -75,10 +75,11 @@ class RoadView:
         self._matchers = tuple(
             PatchMatcher(patch, least_offset=least)
             for patch in patches if patch.share > TUNING.min_seen)
-        for frame in self._moved:
-            for patch in self._matchers:
-                patch.add(frame)
-                patch.learn()
+        if len(self._moved) == self._moved.maxlen:
+            for frame in self._moved:
+                for patch in self._matchers:
+                    patch.add(frame)
+                    patch.learn()
         if self.key_frame is not None:
             self.restart(self.key_frame, self._key_roll)
 
