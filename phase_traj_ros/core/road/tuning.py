@@ -88,8 +88,8 @@ class RoadTuning:
     min_patches: int = 3
     """...the least number of them."""
     relearned_patches: int = 8
-    """Patches that are made again learn from this number of keyframes if there are so many: with 5,
-    the road did not average out, and the start of a vehicle that had stopped was up to 0.45 short."""
+    """Patches that are made again learn from this number of keyframes, and from no fewer: with 5,
+    the road did not average out, and starts after a stop were up to 0.45 short."""
     driving_yaw_rate: float = math.radians(3.0)
     """A vehicle that turns at less than this, in rad/s, may stand."""
 
