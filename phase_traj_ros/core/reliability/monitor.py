@@ -31,8 +31,6 @@ class ReliabilityMonitor:
         self._spans = {reason: Spans() for reason in Reason}
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
         self._seen_ns = self._measured_ns = 0
-        # The frames since the newest one whose motion was measured.
-        self._unseen = 0
         self._rivalled_ns: int | None = None
         self._scene = SceneDistance()
         self._usual_ns = self._still_ns = 0
@@ -75,13 +73,11 @@ class ReliabilityMonitor:
         if stands:
             self._still_ns += interval_ns
         part.missed += missed ** 2
-        self._unseen += frames
         if seen:
-            self._seen_ns, self._unseen = stamp_ns, 0
+            self._seen_ns = stamp_ns
         elif evidence in _REASONS and stamp_ns - self._seen_ns > TUNING.unmeasured_ns:
             self._spans[_REASONS[evidence]].add(self._seen_ns, stamp_ns)
-            mean_s = 1e-9 * (stamp_ns - self._seen_ns) / self._unseen
-            if evidence in _SCATTERED and mean_s >= TUNING.low_rate_s:
+            if evidence in _SCATTERED and self._frames_are_far:
                 self._spans[Reason.RATE_TOO_LOW].add(self._seen_ns, stamp_ns)
         if not camera_known:
             self._spans[Reason.CAMERA_NOT_KNOWN].add(before, stamp_ns)
@@ -150,6 +146,12 @@ class ReliabilityMonitor:
                 and (self._counts - parts[0].counts).total() >= TUNING.min_pairs):
             self._counts -= parts.popleft().counts
 
+    @property
+    def _frames_are_far(self) -> bool:
+        """Return whether the frames of the window are so far apart that blocks are scattered."""
+        seconds = sum(part.seconds for part in self._parts)
+        return seconds >= TUNING.low_rate_s * self._counts.total()
+
     def _is_lost(self, evidence: Evidence, interval_ns: int) -> bool:
         """Return whether frames are missing in a pair, not only at a low frame rate."""
         return self._usual_ns > 0 and interval_ns > TUNING.lost_intervals * self._usual_ns and (
@@ -200,8 +202,7 @@ class ReliabilityMonitor:
         named = [_REASONS[kind] for kind, count in spoilt.items()
                  if count == most or count >= TUNING.min_cause_share * judged]
         scattered = sum(spoilt[each] for each in _SCATTERED)
-        seconds = sum(part.seconds for part in self._parts)
-        if scattered >= TUNING.min_cause_share * judged and seconds / pairs >= TUNING.low_rate_s:
+        if scattered >= TUNING.min_cause_share * judged and self._frames_are_far:
             named.append(Reason.RATE_TOO_LOW)
         return named
 
