@@ -19,8 +19,12 @@ STOP = [BRAKING[-1]] * 10
 STARTING = BRAKING[-1] + np.cumsum([0.05, 0.1, 0.2, *[0.3] * 12])
 
 
-def travels_of(pairs, *, cover=None, roll=0.0):
-    """Return the travel of each pair of place and motion, and draw ``cover`` over the road."""
+def travels_of(pairs, *, cover=None, before=None, roll=0.0):
+    """
+    Return the travel of each pair of place and motion, and draw ``cover`` over the road.
+
+    ``before`` is called with the number of a pair and the meter before the pair is measured.
+    """
     road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
     rng, travels = np.random.default_rng(3), []
     meter.start(road.seen(0.0, roll=roll), roll)
@@ -28,6 +32,8 @@ def travels_of(pairs, *, cover=None, roll=0.0):
         frame = road.seen(place, roll=roll) + rng.normal(0.0, 1.0, PINHOLE.shape)
         if cover is not None:
             cover(number, frame)
+        if before is not None:
+            before(number, meter)
         travels.append(meter.update(
             np.clip(frame, 0, 255).astype(np.uint8), 0.1, moved, roll=roll))
     return travels
@@ -218,23 +224,22 @@ def test_a_still_picture_stops_a_fast_vehicle_only_if_the_road_rests(texture, st
     lambda meter: setattr(meter._view, 'pitch', 0.01)])
 def test_after_a_longer_drive_new_patches_rest_as_those_before_them(remake, pairs, learns):
     """Of a few keyframes, the mean would hold the road itself, and a start would be too short."""
-    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
-    rng, travels = np.random.default_rng(3), []
-    meter.start(road.seen(0.0))
     braking = np.cumsum([*[0.4] * pairs, 0.3, 0.2, 0.1, 0.05])
-    traffic = replace(motion(yaw=0.02, passing=0.0), agreement=0.4)
-    places = driven([*braking, *[braking[-1]] * 10, *(braking[-1] - BRAKING[-1] + STARTING)])
-    places[len(braking) + 10:len(braking) + 10] = [(braking[-1], traffic)] * 10
-    for number, (place, moved) in enumerate(places):
+    traffic = [(braking[-1], replace(motion(yaw=0.02, passing=0.0), agreement=0.4))] * 10
+    stop = driven([*braking, *[braking[-1]] * 10])
+    start = driven([*braking, *(braking[-1] - BRAKING[-1] + STARTING)])[len(braking):]
+    seen = []
+
+    def before(number, meter):
         if number == len(braking) - 4:
-            patches = meter._view.patches
+            seen.extend(meter._view.patches)
             remake(meter)
-        frame = road.seen(place) + rng.normal(0.0, 1.0, PINHOLE.shape)
-        travels.append(meter.update(np.clip(frame, 0, 255).astype(np.uint8), 0.1, moved))
-        if number == len(braking) - 4:
-            assert meter._view.patches is not patches
+        if number == len(braking) - 3:
+            assert not set(seen) & set(meter._view.patches)
             assert meter._view.patches[0].has_moved == learns
-    stood, start = travels[len(braking) + 10:-len(STARTING)], travels[-len(STARTING):]
+
+    travels = travels_of([*stop, *traffic, *start], before=before)
+    stood, start = travels[len(stop):-len(start)], travels[-len(start):]
     assert all(travel.rests for travel in stood) or not learns
     assert sum(travel.distance for travel in start) == pytest.approx(3.95, abs=2 * CELL)
 
