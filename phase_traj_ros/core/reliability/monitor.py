@@ -124,6 +124,9 @@ class ReliabilityMonitor:
                 spans[reason].append((self._newest_ns, self._newest_ns + lasted_ns))
                 end = max(end, self._newest_ns + lasted_ns)
         reasons += [reason for reason in Reason if reason not in reasons and self._applies(reason)]
+        if not any(_REASONS[each] in reasons for each in _SCATTERED):
+            # It explains those, which do not count.
+            reasons = [reason for reason in reasons if reason is not Reason.RATE_TOO_LOW]
         if camera_reason is not None and Reason.TOO_SHORT not in reasons:
             spans[camera_reason] = [(start, end)]
             if camera_reason not in reasons:

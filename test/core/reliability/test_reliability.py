@@ -428,6 +428,14 @@ def test_a_few_far_frames_explain_no_scattered_blocks(lost):
     assert driven.monitor.verdict().words == ('not_one_motion',)
 
 
+def test_far_frames_are_no_reason_where_too_little_is_scattered_or_shaken():
+    half = SECOND // 2
+    driven = Driven().add('trusted', 40, interval=half)
+    for name in ('scattered', 'jerked'):
+        driven.add(name, 2, interval=half, seen=False).add('trusted', 5, interval=half)
+    assert driven.monitor.verdict().reliable
+
+
 def test_each_reason_has_a_word_and_a_sentence():
     for reason in Reason:
         assert reason.value == reason.name.lower()
