@@ -68,7 +68,9 @@ class ReliabilityMonitor:
         self._new_picture_ns = stamp_ns
         part.counts[evidence] += frames
         self._counts[evidence] += frames
-        part.seconds += interval_ns * 1e-9
+        lost = self._is_lost(evidence, interval_ns)
+        if not lost:
+            part.seconds += interval_ns * 1e-9
         part.cuts += cut
         if stands:
             self._still_ns += interval_ns
@@ -100,7 +102,7 @@ class ReliabilityMonitor:
             self._spans[Reason.DISTANCE_UNKNOWN].add(self._measured_ns, stamp_ns)
         elif not travel.known:
             self._spans[Reason.DISTANCE_UNKNOWN].add(before, stamp_ns)
-        if self._is_lost(evidence, interval_ns):
+        if lost:
             self._spans[Reason.FRAMES_LOST].add(before, stamp_ns)
         else:
             self._usual_ns = interval_ns // frames

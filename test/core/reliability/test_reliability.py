@@ -417,15 +417,20 @@ def test_far_frames_explain_a_part_in_which_blocks_are_scattered():
             'scattered', 5, interval=interval, seen=False)
         assert driven.monitor.verdict().words == words
         assert driven.spans[-1][2] == words
+    driven = Driven().add('trusted', 20, interval=interval).add(
+        'blank', 5, interval=interval, seen=False)
+    assert driven.spans[-1][2] == ('nothing_to_see',)
 
 
-@pytest.mark.parametrize('lost', [
-    {'interval': 3 * TENTH}, {'interval': 3 * TENTH, 'frames': 6}])
-def test_a_few_far_frames_explain_no_scattered_blocks(lost):
-    driven = Driven().add('trusted', 20, interval=SECOND // 20)
-    driven.add('scattered', 10, interval=SECOND // 20, seen=False)
-    driven.add('scattered', 0.3, seen=False, **lost)
-    assert driven.monitor.verdict().words == ('not_one_motion',)
+@pytest.mark.parametrize(('usual', 'far'), [
+    ({}, {'interval': 3 * TENTH}), ({}, {'interval': 40 * SECOND}),
+    ({'interval': 3 * TENTH, 'frames': 6}, {'interval': 3 * TENTH, 'frames': 6})])
+def test_few_far_frames_and_foreseen_ones_explain_no_scattered_blocks(usual, far):
+    driven = Driven().add('trusted', 12, **usual)
+    driven.add('scattered', far['interval'] / SECOND, seen=False, **far)
+    driven.add('scattered', 6, seen=False, **usual)
+    words = driven.monitor.verdict().words
+    assert 'not_one_motion' in words and 'rate_too_low' not in words
 
 
 def test_far_frames_are_no_reason_where_too_little_is_scattered_or_shaken():
