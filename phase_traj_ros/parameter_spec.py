@@ -22,6 +22,7 @@ REMOVED = MappingProxyType({
     'transform': 'the fastest library that is installed is used; leave it out',
     'speed_type': 'the type is that of the topic; leave it out',
     'record_shifts': 'record the topics with ros2 bag record; leave it out',
+    'still_frames': 'give still_time in s: 0.5 instead of 5 frames at 10 Hz',
     'step_length': 'a step or a camera height is 1 m in the published path; leave it out',
     **dict.fromkeys(('rows_from', 'rows_to', 'columns_from', 'columns_to'), _MASKED),
     **dict.fromkeys(

@@ -113,9 +113,9 @@ class Parameters:
     max_gap: float = parameter(
         0.0, 'Longest interval between two images that are compared. 0 for no limit.', unit='s',
         minimum=0.0, maximum=1e6, group=Group.VEHICLE)
-    still_frames: int = parameter(
-        0, 'Number of pairs over which the image motion is averaged to detect a standing vehicle.'
-        ' 0 disables the detection.', minimum=0, maximum=1000, group=Group.VEHICLE)
+    still_time: float = parameter(
+        0.0, 'Time over which the image motion is averaged to detect a standing vehicle. 0'
+        ' disables the detection.', unit='s', minimum=0.0, maximum=10.0, group=Group.VEHICLE)
     mask_file: str = parameter(
         '', 'Greyscale image of the size of the received images: the weight of each pixel, black'
         ' where the image never moves. Empty uses all pixels.', read_only=True,
@@ -289,8 +289,7 @@ class Parameters:
             camera_height_deviation=self.camera_height_deviation,
             camera_pitch_deg=self.camera_pitch_deg,
             code_step=self.code_step,
-            stillness=(
-                StillnessSettings(frames=self.still_frames) if self.still_frames else None),
+            stillness=StillnessSettings(seconds=self.still_time) if self.still_time else None,
             max_runs=_MAX_RUNS,
             max_speeds=_MAX_SPEEDS,
             # The current pose is one of the poses.

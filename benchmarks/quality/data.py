@@ -133,6 +133,8 @@ class Stretch:
     frames: list[np.ndarray]
     moving: np.ndarray
     """(n - 1,) whether it moved between two frames; NaN if not defined."""
+    interval: float = 0.1
+    """Seconds between the frames."""
 
 
 def _held(frame: np.ndarray, count: int, seed: int) -> Iterator[tuple[str, list[np.ndarray]]]:
@@ -242,7 +244,8 @@ def creeping() -> Iterator[Stretch]:
         speed = np.hypot(*np.diff(drive.poses[:, :2], axis=0).T) * rate
         moving = np.where(speed >= _CREEP, 1.0, np.where(speed == 0.0, 0.0, np.nan))
         for condition in conditions:
-            yield Stretch(name, condition.name, condition.spoil(clip, 0).frames, moving)
+            frames = condition.spoil(clip, 0).frames
+            yield Stretch(name, condition.name, frames, moving, 1.0 / rate)
 
 
 def _streaked(frame: np.ndarray, seed: tuple[int, int]) -> np.ndarray:

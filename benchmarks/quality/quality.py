@@ -70,7 +70,7 @@ def cost_section(clip: Clip) -> str:
             assert shift is not None
             timed('significance', partial(correlator.significance, shift))
             flow = timed('motion of the blocks', blocks.flow)
-            timed('stillness', partial(detector.update, flow, frame.shape[1]))
+            timed('stillness', partial(detector.update, flow, 0.1, frame.shape[1]))
             second = timed('second peak', partial(
                 correlator.second_peak, apart=TUNING.peak_distance_px))
             timed('share of the blocks', partial(blocks.share_following, second))

@@ -24,23 +24,20 @@ _TEXT = """
     tenths of a pixel. So both frames are reduced to some thousands of pixels, which averages noise
     away, and divided into 4×8 blocks. One least-squares step gives the displacement of each block
     (Lucas, Kanade 1981). The change of the block's brightness and contrast are unknowns as well,
-    so flicker has no effect. The displacements are averaged over several pairs: noise and
-    vibration cancel, and motion adds up. A small common displacement of the whole picture is
+    so flicker has no effect. The displacements of the newest pairs are added up: noise and
+    vibration cancel, and motion does not. A small common displacement of the whole picture is
     treated as vibration.
 
     The vehicle stands still if half of the blocks with texture move by at most {limit} of the
-    width per pair, averaged over {frames} pairs. It has driven off when two thirds of them move,
+    width per second, in the mean over {seconds} s. It has driven off when two thirds of them move,
     because traffic that passes in front of the camera hides many blocks. The limit lies above the
     noise of a standing picture and below the motion at 0.5 m/s: it is a quarter of that motion for
-    KITTI's camera at 10 Hz, and nearly all of it for a camera of 30 Hz and 60°.
+    KITTI's camera. Both are per second, so the result does not depend on the frame rate.
     """
 
 _NOTES = """
-    - It takes {frames} pairs to detect that a vehicle has stopped; these pairs are still coded as
+    - It takes {seconds} s to detect that a vehicle has stopped; the pairs until then are coded as
       driving. Pairs with the status `no_measurement` are skipped.
-
-    - A camera of 30 Hz sees a third of the motion per pair that a camera of 10 Hz sees. Set
-      `still_frames` to the number of pairs in half a second.
 
     - A passing vehicle that fills most of the picture looks like driving. A frozen video looks
       like a standing vehicle.
@@ -54,6 +51,7 @@ class Watched:
     name: str
     condition: str
     width: int
+    interval: float
     moving: np.ndarray
     shifts: list[Shift]
     flows: list[BlockFlow]
@@ -74,7 +72,8 @@ def watch(stretch: Stretch) -> Watched:
             shifts.append(shift)
             flows.append(blocks.flow())
     width = stretch.frames[0].shape[1]
-    return Watched(stretch.name, stretch.condition, width, stretch.moving, shifts, flows)
+    return Watched(
+        stretch.name, stretch.condition, width, stretch.interval, stretch.moving, shifts, flows)
 
 
 def measure(clips: Sequence[Clip]) -> list[Watched]:
@@ -99,7 +98,8 @@ def measure(clips: Sequence[Clip]) -> list[Watched]:
 def still(seen: Watched, settings: StillnessSettings) -> np.ndarray:
     """Return the decision of the detector for every pair."""
     detector = StillnessDetector(settings)
-    return np.array([detector.update(flow, seen.width) for flow in seen.flows])
+    return np.array([
+        detector.update(flow, seen.interval, seen.width) for flow in seen.flows])
 
 
 def by_response(seen: Watched, frames: int) -> np.ndarray:
@@ -130,11 +130,11 @@ def curves(watched: Sequence[Watched]) -> dict[str, tuple[np.ndarray, np.ndarray
     for label, frames in (('response', 1), ('response, median of 5', 5)):
         heights = [by_response(seen, frames) for seen in watched]
         found[label] = curve(said(watched, heights, 0.0), said(watched, heights, 1.0))
-    for label, frames in (('motion of blocks, one pair', 1), ('motion, mean of 3 pairs', 3),
-                          ('motion, mean of 5 pairs', 5), ('motion, mean of 10 pairs', 10)):
+    for label, seconds in (('motion of blocks, one pair', 1e-3), ('motion, mean of 0.3 s', 0.3),
+                           ('motion, mean of 0.5 s', 0.5), ('motion, mean of 1 s', 1.0)):
         points = []
         for limit in StillnessSettings().max_motion * np.geomspace(0.02, 60, 40):
-            settings = StillnessSettings(frames=frames, max_motion=float(limit))
+            settings = StillnessSettings(seconds=seconds, max_motion=float(limit))
             points.append(shares(watched, [still(seen, settings) for seen in watched]))
         false, missed = np.array(points).T
         found[label] = false, missed
@@ -148,13 +148,13 @@ def section(watched: Sequence[Watched]) -> str:
     usual = [seen for seen in watched if '60 %' not in seen.condition]
     draw('stillness', curves(usual), shares(usual, [still(seen, chosen) for seen in usual]),
          ('moving pairs taken for still', 'standing pairs missed'))
-    limit = f'{1e4 * chosen.max_motion:g}/10000'
+    limit = f'{1e3 * chosen.max_motion:g}/1000'
     return '\n\n'.join((
         '## Standing still', '![Curves](../images/quality_stillness.png)',
-        paragraphs(_TEXT.format(limit=limit, frames=chosen.frames)),
+        paragraphs(_TEXT.format(limit=limit, seconds=chosen.seconds)),
         f'The table counts pairs whose state has lasted for {_SETTLED} pairs; creeping starts at'
         ' 0.5 m/s:',
-        stillness_table(watched, chosen), paragraphs(_NOTES.format(frames=chosen.frames))))
+        stillness_table(watched, chosen), paragraphs(_NOTES.format(seconds=chosen.seconds))))
 
 
 def stillness_table(watched: Sequence[Watched], settings: StillnessSettings) -> str:

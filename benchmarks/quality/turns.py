@@ -21,6 +21,8 @@ from phase_traj_ros.core.correlation.quality import (
 )
 
 _THRESHOLDS = (16.0, 20.0)
+# Seconds between the frames of all clips, for the tests.
+_INTERVAL = 0.1
 _CONDITIONS = ('as they are', 'noise, σ = 20', 'noise, σ = 50', 'night, 6 % of the light',
                'rain, 2000 streaks')
 
@@ -82,7 +84,7 @@ def followed(frames: Iterable[np.ndarray]) -> tuple[list[float], list[float | No
         shift = correlator.update(frame)
         tests.update(frame)
         if shift is not None:
-            verdict, believed = tests.judge(shift, correlator)
+            verdict, believed = tests.judge(shift, correlator, _INTERVAL)
             measured.append(shift.dx)
             judged.append(believed.dx if verdict is Quality.MEASURED else None)
     return measured, judged

@@ -272,7 +272,8 @@ class PairMeter:
         measured = yaw.shift if self._settings.by_heading and yaw is not None else shift
         if measured is None:
             return Comparison(yaw=yaw, cut=cut)
-        quality, used = self._quality.judge(measured, self._correlator)
+        quality, used = self._quality.judge(
+            measured, self._correlator, times.waited)
         if yaw is not None:
             agreement = yaw.agreement
         else:

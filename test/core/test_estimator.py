@@ -199,7 +199,7 @@ def test_a_calibration_may_come_after_the_change_to_the_papers_rule():
 
 
 def test_a_reset_starts_the_test_of_stillness_anew():
-    estimator = TrajectoryEstimator(EstimatorSettings(stillness=StillnessSettings(frames=3)))
+    estimator = TrajectoryEstimator(EstimatorSettings(stillness=StillnessSettings(seconds=0.3)))
     first = feed(estimator, [FRAME] * 6)
     estimator.reset()
     second = feed(estimator, [FRAME] * 6)
@@ -333,7 +333,7 @@ def test_the_heading_does_not_mind_a_view_too_small_to_correlate():
 
 
 def test_a_view_too_small_for_the_test_of_stillness_is_refused():
-    estimator = TrajectoryEstimator(replace(SLIVER, stillness=StillnessSettings(frames=2)))
+    estimator = TrajectoryEstimator(replace(SLIVER, stillness=StillnessSettings(seconds=0.2)))
     with pytest.raises(FrameError, match='at least 8x8'):
         show(estimator, FRAME, 0)
     assert estimator.frames == 0

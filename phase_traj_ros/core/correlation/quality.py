@@ -77,17 +77,17 @@ class StillnessSettings:
 
     """
 
-    frames: int = 5
-    """Pairs over which the displacements of the blocks are averaged."""
-    max_motion: float = 2e-4
-    """Largest mean displacement per pair of a stationary block, as a share of the width."""
+    seconds: float = 0.5
+    """Time over which the motion of the blocks is averaged."""
+    max_motion: float = 2e-3
+    """Largest mean speed of a stationary block, in widths of the frame per second."""
 
     def __post_init__(self) -> None:
         """Check the values."""
-        if self.frames < 1:
-            raise ValueError(f'frames is {self.frames}: give at least 1')
-        if not (math.isfinite(self.max_motion) and self.max_motion > 0):
-            raise ValueError(f'max_motion is {self.max_motion}: give a finite number above 0')
+        for name in ('seconds', 'max_motion'):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise ValueError(f'{name} is {value}: give a finite number above 0')
 
 
 class StillnessDetector:
@@ -102,7 +102,8 @@ class StillnessDetector:
     def __init__(self, settings: StillnessSettings | None = None) -> None:
         """Make a detector that has seen no frame."""
         self._settings = settings or StillnessSettings()
-        self._flows: deque[BlockFlow] = deque(maxlen=self._settings.frames)
+        # The newest pairs, with their intervals.
+        self._flows: deque[tuple[float, BlockFlow]] = deque()
         self._still = False
 
     def reset(self) -> None:
@@ -110,25 +111,36 @@ class StillnessDetector:
         self._flows.clear()
         self._still = False
 
-    def update(self, flow: BlockFlow, width: int) -> bool:
+    def update(self, flow: BlockFlow, interval: float, width: int) -> bool:
         """
-        Take the flow of the next pair of frames of this ``width``, in pixels.
+        Take the flow of the next pair of frames, of this ``width`` in pixels.
 
-        Return whether the vehicle is stationary: False until as many pairs have arrived as are
-        averaged.
+        ``interval`` is the time between them in seconds. Return whether the vehicle is stationary:
+        False until enough time is averaged.
         """
-        if self._flows and len(self._flows[-1].vectors) != len(flow.vectors):
+        flows = self._flows
+        if flows and len(flows[-1][1].vectors) != len(flow.vectors):
             self.reset()
-        self._flows.append(flow)
-        if len(self._flows) == self._settings.frames:
-            moving = self._moving_share(self._settings.max_motion * width)
+        flows.append((interval, flow))
+        lasted = sum(each for each, _ in flows)
+        # The stamps jitter, so the window ends at the nearest frame.
+        enough = self._settings.seconds - interval / 2
+        while len(flows) > 1 and lasted - flows[0][0] > enough:
+            lasted -= flows.popleft()[0]
+        if lasted > enough:
+            moving = self._moving_share(lasted, self._settings.max_motion * width)
             self._still = moving < (TUNING.moving_again_share if self._still else 0.5)
         return self._still
 
-    def _moving_share(self, limit: float) -> float:
-        """Return the share of the textured blocks whose mean displacement is above ``limit``."""
-        textured = np.mean([flow.textured for flow in self._flows], axis=0) >= 0.5
-        mean = np.mean([flow.vectors for flow in self._flows], axis=0)[textured]
+    def _moving_share(self, lasted: float, limit: float) -> float:
+        """
+        Return the share of the textured blocks that move faster than ``limit``, in px/s.
+
+        The pairs of the window have ``lasted`` so long, in seconds.
+        """
+        pairs = [flow for _, flow in self._flows]
+        textured = np.mean([flow.textured for flow in pairs], axis=0) >= 0.5
+        mean = np.sum([flow.vectors for flow in pairs], axis=0)[textured] / lasted
         if not len(mean):
             return 1.0
         shake = np.median(mean, axis=0)
@@ -188,11 +200,14 @@ class PairQuality:
             self._has_pair = self._blocks.update(frame)
             self._width = frame.shape[1]
 
-    def judge(self, shift: Shift, correlator: PhaseCorrelator) -> tuple[Quality, Shift]:
+    def judge(
+        self, shift: Shift, correlator: PhaseCorrelator, interval: float,
+    ) -> tuple[Quality, Shift]:
         """
         Return the quality of the pair, and the shift to use for it.
 
-        A pair that is not a measurement is not evidence for or against standing still.
+        ``interval`` is the time between its frames in seconds. A pair that is not a measurement is
+        not evidence for or against standing still.
         """
         if self._gate is not None:
             blocks = self._blocks if self._has_pair else None
@@ -203,6 +218,6 @@ class PairQuality:
         elif shift.response == 0.0:
             return Quality.NOTHING, shift
         if self._detector is not None and self._has_pair and self._detector.update(
-                self._blocks.flow(), self._width):
+                self._blocks.flow(), interval, self._width):
             return Quality.STILL, shift
         return Quality.MEASURED, shift

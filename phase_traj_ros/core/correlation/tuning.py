@@ -26,7 +26,7 @@ class CorrelationTuning:
     """Share of the blocks that has to move before a stationary vehicle counts as driving again: a
     vehicle that crosses in front of the camera covers many of them."""
     max_shake: float = 2.0
-    """Common displacement of all blocks that counts as shaking, as a multiple of
+    """Common motion of all blocks that counts as shaking, as a multiple of
     ``max_motion``."""
 
     block_pixels: int = 8000

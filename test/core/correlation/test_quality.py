@@ -19,21 +19,24 @@ from textures import pair
 
 SHAPE = (240, 320)
 WIDTH = 1000
-LIMIT = 2e-4 * WIDTH
+INTERVAL = 0.1
+LIMIT = 2e-3 * WIDTH * INTERVAL
 FRAMES = 4
 MEASURED, STILL, NOTHING = Quality
 
 
-def verdicts(frames, **options):
+def verdicts(frames, *, rate_hz=10, **options):
     """Return worth and shift for every pair of frames."""
-    options = {'gate': GateSettings(), 'stillness': StillnessSettings(frames=FRAMES)} | options
+    options = {
+        'gate': GateSettings(),
+        'stillness': StillnessSettings(seconds=FRAMES * INTERVAL)} | options
     correlator, quality = PhaseCorrelator(mask=options.get('mask')), PairQuality(**options)
     judged = []
     for frame in frames:
         shift = correlator.update(frame)
         quality.update(frame)
         if shift is not None:
-            judged.append(quality.judge(shift, correlator))
+            judged.append(quality.judge(shift, correlator, 1 / rate_hz))
     return judged
 
 
@@ -106,11 +109,12 @@ def test_a_held_frame_is_still_after_as_many_pairs_as_are_averaged():
     assert said(frames) == [MEASURED] * (FRAMES - 1) + [STILL] * (8 - FRAMES)
 
 
-@pytest.mark.parametrize('sigma', [1, 5, 15])
-def test_noise_does_not_end_standing_still(sigma):
+@pytest.mark.parametrize(('sigma', 'rate_hz'), [(1, 10), (5, 10), (15, 10), (15, 3), (10, 60)])
+def test_noise_does_not_end_standing_still(sigma, rate_hz):
     scene, _ = pair(SHAPE, 0, 0)
-    frames = [noisy(scene, sigma, seed) for seed in range(20)]
-    assert set(said(frames)[FRAMES:]) == {STILL}
+    frames = [noisy(scene, sigma, seed) for seed in range(20 + 2 * rate_hz)]
+    answers = said(frames, rate_hz=rate_hz)
+    assert set(answers[round(FRAMES * INTERVAL * rate_hz):]) == {STILL}
 
 
 def test_flicker_does_not_end_standing_still():
@@ -120,9 +124,11 @@ def test_flicker_does_not_end_standing_still():
     assert set(said(frames)[FRAMES:]) == {STILL}
 
 
+@pytest.mark.parametrize('rate_hz', [10, 60])
 @pytest.mark.parametrize('sigma', [0, 5, 15])
-def test_a_creeping_vehicle_is_not_still(sigma):
-    assert set(said(creeping(20, sigma=sigma))) == {MEASURED}
+def test_a_creeping_vehicle_is_not_still(sigma, rate_hz):
+    frames = creeping(2 * rate_hz, zoom=1.004 ** (10 / rate_hz), sigma=sigma)
+    assert set(said(frames, rate_hz=rate_hz)) == {MEASURED}
 
 
 def test_a_slow_turn_on_the_spot_is_not_shaking():
@@ -166,19 +172,20 @@ def test_only_lit_blocks_count():
 def test_it_takes_as_many_pairs_as_are_averaged():
     scene, _ = pair(SHAPE, 0, 0)
     correlator, quality = PhaseCorrelator(), PairQuality(
-        gate=GateSettings(), stillness=StillnessSettings(frames=FRAMES))
+        gate=GateSettings(), stillness=StillnessSettings(seconds=FRAMES * INTERVAL))
     answers = []
     for _ in range(FRAMES + 2):
         shift = correlator.update(scene)
         quality.update(scene)
         if shift is not None:
-            answers.append(quality.judge(shift, correlator)[0])
+            answers.append(quality.judge(shift, correlator, INTERVAL)[0])
     assert answers == [MEASURED] * (FRAMES - 1) + [STILL] * 2
 
 
 def test_after_an_interruption_the_newest_frame_is_compared_with_the_next():
     scene, _ = pair(SHAPE, 0, 0)
-    correlator, quality = PhaseCorrelator(), PairQuality(stillness=StillnessSettings(frames=2))
+    correlator, quality = PhaseCorrelator(), PairQuality(
+        stillness=StillnessSettings(seconds=2 * INTERVAL))
     answers = []
     for index in range(8):
         shift = correlator.update(scene)
@@ -186,7 +193,7 @@ def test_after_an_interruption_the_newest_frame_is_compared_with_the_next():
         if index == 4:
             quality.interrupt()
         elif shift is not None:
-            answers.append(quality.judge(shift, correlator)[0])
+            answers.append(quality.judge(shift, correlator, INTERVAL)[0])
     assert answers == [MEASURED, STILL, STILL, MEASURED, STILL, STILL]
 
 
@@ -208,9 +215,9 @@ def flow(*lengths, textured=None):
     return BlockFlow(vectors, np.ones(len(lengths), bool) if textured is None else textured)
 
 
-def feed_flows(flows, frames=1):
-    detector = StillnessDetector(StillnessSettings(frames=frames, max_motion=2e-4))
-    return [detector.update(each, WIDTH) for each in flows]
+def feed_flows(flows, frames=1, interval=INTERVAL):
+    detector = StillnessDetector(StillnessSettings(seconds=frames * INTERVAL, max_motion=2e-3))
+    return [detector.update(each, interval, WIDTH) for each in flows]
 
 
 def test_half_of_the_blocks_start_standing_still_and_a_third_keep_it():
@@ -234,6 +241,17 @@ def test_motion_adds_up_and_shaking_does_not():
     there, back = flow(*[-9 * LIMIT, 9 * LIMIT] * 4), flow(*[9 * LIMIT, -9 * LIMIT] * 4)
     assert not any(feed_flows([slow] * 6, frames=4))
     assert feed_flows([there, back] * 3, frames=4) == [False] * 3 + [True] * 3
+
+
+@pytest.mark.parametrize('rate_hz', [0.2, 2, 4, 10, 30, 120])
+def test_the_limit_is_a_speed_at_any_frame_rate(rate_hz):
+    for speed, stands in ((0.8, True), (1.2, False)):
+        moved = speed * LIMIT / INTERVAL / rate_hz
+        # Half a second, rounded to whole pairs.
+        lasts = max(round(0.5 * rate_hz), 1)
+        answers = feed_flows(
+            [flow(*[-moved, moved] * 4)] * 3 * lasts, frames=5, interval=1.0 / rate_hz)
+        assert answers == [False] * (lasts - 1) + [stands] * (2 * lasts + 1)
 
 
 def test_the_whole_picture_may_shake_but_not_go_anywhere():
@@ -358,7 +376,8 @@ def test_with_a_mask_over_it_there_is_nothing_to_look_past():
     lambda: GateSettings(min_significance=-1.0),
     lambda: GateSettings(min_significance=float('nan')),
     lambda: GateSettings(min_significance=float('inf')),
-    lambda: StillnessSettings(frames=0),
+    lambda: StillnessSettings(seconds=0.0),
+    lambda: StillnessSettings(seconds=float('nan')),
     lambda: StillnessSettings(max_motion=0.0),
     lambda: StillnessSettings(max_motion=float('inf')),
 ])

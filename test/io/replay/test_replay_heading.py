@@ -183,7 +183,7 @@ def test_what_stands_still_does_not_go_on_at_a_constant_speed():
         StampedFrame(sensor_noise(frames[0].image, sigma=1.0, seed=index), index * 10**8)
         for index in range(30)]
     parameters = Parameters(
-        focal_px=float(drive.camera.focal), speed=5.0, still_frames=5, path_from='heading')
+        focal_px=float(drive.camera.focal), speed=5.0, still_time=0.5, path_from='heading')
     result = replay(still, parameters, source='a halt')
     stood = [update for update in result.updates if update.status.value == 'still']
     assert len(stood) >= 20
