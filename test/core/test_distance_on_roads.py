@@ -11,6 +11,8 @@ from phase_traj_ros.core import (
     CodeSource,
     EstimatorSettings,
     Lens,
+    PairStatus,
+    StillnessSettings,
     TrajectoryEstimator,
     TravelState,
     View,
@@ -141,6 +143,23 @@ def test_a_motorway_in_small_pictures_at_ten_hertz_is_measured():
                for frame, stamp in zip(render_drive(drive), drive.stamps_ns.tolist())]
     assert {update.travel.state for update in updates[1:]} == {TravelState.MEASURED}
     assert estimator.way.distance == pytest.approx(3.5 * (len(updates) - 1), rel=0.015)
+
+
+@pytest.mark.parametrize('rate_hz', [10, 30])
+def test_a_film_that_begins_at_a_crawl_has_its_distance(rate_hz):
+    """Its first slides are as small as those of a fixed pattern, and its pitch is not known."""
+    drive = plan_drive('crawl', [Straight(4.0, 0.3)], rate_hz=rate_hz, seed=17,
+                       camera=Camera.with_field_of_view(640, 240, 85.0))
+    poses = drive.poses.copy()
+    poses[:, 3] += math.radians(1.0)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        lens=Lens(hfov_deg=85.0), code_source=CodeSource.AUTO, camera_height=1.65,
+        stillness=StillnessSettings()))
+    for number, frame in enumerate(render_drive(replace(drive, poses=poses))):
+        update = estimator.update(sensor_noise(frame, sigma=1.0, seed=number),
+                                  number * S // rate_hz)
+        assert update is None or update.status is not PairStatus.STILL
+    assert estimator.way.distance == pytest.approx(4.0 * 0.3, rel=0.1)
 
 
 def test_reversing_goes_back():

@@ -140,7 +140,10 @@ class RoadMeter:
         driven = speeds.speed * max(motion.age, interval) * (-1.0 if motion.near < 0.0 else 1.0)
         # At rest, the blocks do not show the direction of travel: it equals its prior.
         moves = max(motion.passing, abs(motion.near)) > TUNING.passing
-        if moves and (not speeds.known or speeds.doubtful or driven > TUNING.min_slide):
+        # Without the pitch, no road is compared that would correct the speed.
+        unknown = self.pitch.deviation > TUNING.max_pitch_deviation and not speeds.standing
+        if moves and (
+                unknown or not speeds.known or speeds.doubtful or driven > TUNING.min_slide):
             self.pitch.add(
                 self._horizon.pitch_along(travel.course, travel.slope, azimuth=self._azimuth,
                                           lean=self._view.lean(self._roll)),
