@@ -32,7 +32,8 @@ _TEXT = """
     width per second, in the mean over {seconds} s. It has driven off when two thirds of them move,
     because traffic that passes in front of the camera hides many blocks. The limit lies above the
     noise of a standing picture and below the motion at 0.5 m/s: it is a quarter of that motion for
-    KITTI's camera. Both are per second, so the result does not depend on the frame rate.
+    KITTI's camera. It is the same speed at any frame rate; rain, which changes with every frame,
+    disturbs more at a high one.
     """
 
 _NOTES = """
