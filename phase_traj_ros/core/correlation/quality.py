@@ -121,11 +121,13 @@ class StillnessDetector:
         flows = self._flows
         if flows and len(flows[-1][1].vectors) != len(flow.vectors):
             self.reset()
+        # The flow of a pair shows no more than about a pixel, however long the pair is.
+        interval = min(interval, self._settings.seconds)
         flows.append((interval, flow))
         lasted = sum(each for each, _ in flows)
         # The stamps jitter, so the window ends at the nearest frame.
         enough = self._settings.seconds - interval / 2
-        while len(flows) > 1 and lasted - flows[0][0] > enough:
+        while lasted - flows[0][0] > enough:
             lasted -= flows.popleft()[0]
         if lasted > enough:
             moving = self._moving_share(lasted, self._settings.max_motion * width)
