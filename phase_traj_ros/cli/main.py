@@ -34,21 +34,20 @@ def _status(arguments: Sequence[str] | None) -> int:
     for name, value in _QUIET.items():
         os.environ.setdefault(name, value)
     ending.handle_signals(ending.leave_at_once)
-    # OpenCV reads the settings when it is loaded, and these modules load it.
     try:
+        # OpenCV reads the settings when it is loaded, and these modules load it.
         from phase_traj_ros.cli.program import program_parser
-    except ModuleNotFoundError as error:
-        return _refused(
-            f'the Python package {error.name} is missing: install python3-opencv, python3-numpy'
-            ' and python3-yaml (apt), or install phase_traj_ros with pip, which brings them')
-
-    try:
         ending.handle_signals(ending.raise_ended)
         options = program_parser().parse_args(arguments)
         status: int | None = options.run(options)
     except PhaseTrajError as error:
         hint = ', or replace it with --force' if isinstance(error, ForeignFileError) else ''
         status = _refused(f'{error}{hint}')
+    except ModuleNotFoundError as error:
+        status = _refused(
+            f'the Python package {error.name} is missing: install python3-opencv, python3-numpy,'
+            ' python3-yaml, python3-tqdm and python3-matplotlib (apt), or install phase_traj_ros'
+            ' with pip, which brings them')
     except KeyboardInterrupt as error:
         # The process is ending: another Ctrl-C must not turn this into a failure.
         ending.handle_signals(signal.SIG_IGN)

@@ -71,8 +71,11 @@ def run(options: Namespace) -> int | None:
     def timed(frames: Iterable[Entry], which: str) -> Iterator[Entry]:
         nonlocal seconds
         began = time.monotonic()
-        yield from shown(frames, which)
-        seconds += time.monotonic() - began
+        # Learning the camera may stop before the last frame.
+        try:
+            yield from shown(frames, which)
+        finally:
+            seconds += time.monotonic() - began
 
     with request.opened() as source:
         shown = over_passes(total=source.frame_count, title=request.title)

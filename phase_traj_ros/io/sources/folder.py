@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames from a folder of pictures, such as a sequence of the KITTI odometry dataset."""
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 import re
@@ -65,12 +66,12 @@ class FolderSource(FrameSource):
         image_3. If the folder is a symbolic link, that of the link comes before that of its
         target. The pictures are rectified, whatever ``rectified`` is.
 
-        Raises SourceError if calib.txt or a picture cannot be read, or the line cannot be used.
+        Raises SourceError if calib.txt or all pictures cannot be read, or the line cannot be used.
         """
         for folder in both_ways(self._pictures[0].parent):
             calibration = folder.parent / 'calib.txt'
             if folder.name in _KITTI_CAMERAS and calibration.is_file():
-                return _camera_of(calibration, f'P{folder.name[-1]}', self._pictures[0])
+                return _camera_of(calibration, f'P{folder.name[-1]}', _size(self._pictures))
         return None
 
     def _candidates(self) -> Generator[Candidate, None, None]:
@@ -113,9 +114,17 @@ def _find_pictures(path: Path) -> tuple[Path, list[Path]]:
         'metadata.yaml of a ROS 2 bag')
 
 
-def _camera_of(calibration: Path, name: str, picture: Path) -> CameraModel:
-    """Return the camera from a line of a calib.txt, for pictures of the size of ``picture``."""
-    height, width = read_picture(picture).shape
+def _size(pictures: Sequence[Path]) -> tuple[int, ...]:
+    """Return the size, (H, W), of the first picture that can be read."""
+    for picture in pictures:
+        with suppress(SourceError):
+            return read_picture(picture).shape
+    raise SourceError(f'none of the pictures in {pictures[0].parent} can be read')
+
+
+def _camera_of(calibration: Path, name: str, size: tuple[int, ...]) -> CameraModel:
+    """Return the camera from a line of a calib.txt, for pictures of this size, (H, W)."""
+    height, width = size
     try:
         matrix = _read_matrix(calibration, name)
         return CameraModel(

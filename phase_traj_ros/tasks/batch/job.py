@@ -155,6 +155,8 @@ def replay_source(
             seen.append(stack.enter_context(BagSink(
                 owner.file(request.bag_out), mounting, source=source.description,
                 debug_images=request.bag_debug_images)))
+        # Read before the frames, so that a wrong topic is refused at once.
+        speeds = list(source.speeds(request.speed_topic)) if parameters.use_speed_topic else []
         lens, unused_calibration = known_lens(source, parameters)
         last = ''
         if lens is None and not request.one_pass and parameters.settings.learns_lens:
@@ -163,7 +165,6 @@ def replay_source(
                 lens = learned_lens(
                     through(frames, 'pass 1 of 2: learning the camera'), parameters,
                     source.description, strict=request.strict)
-        speeds = source.speeds(request.speed_topic) if parameters.use_speed_topic else ()
         with closing(prefetch(source.entries())) as frames:
             result = replay(
                 through(frames, last), parameters, source=source.description, watchers=seen,

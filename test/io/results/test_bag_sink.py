@@ -3,6 +3,7 @@
 """Bags of results, read back with the packages mcap and mcap-ros2-support."""
 
 from collections import defaultdict
+import errno
 import json
 import math
 from pathlib import Path
@@ -202,6 +203,20 @@ def test_latched_topics_are_offered_so_when_it_is_played(bag):
 def test_an_error_leaves_nothing_behind(tmp_path):
     with pytest.raises(SourceError, match='at least two'):
         written(tmp_path / 'out.mcap', rolled_frames([]))
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_error_at_the_end_leaves_nothing_behind(tmp_path):
+    parameters = Parameters(threshold=16.0)
+    sink = BagSink(tmp_path / 'out.mcap', Mounting(parameters), source='')
+
+    def stops_writing(*_):
+        raise OSError(errno.ENOSPC, 'No space left on device')
+
+    with pytest.raises(OSError, match='No space'), sink:
+        replay(rolled_frames(), parameters, source='', watchers=[sink])
+        sink._write_whole = stops_writing
+    # Before the sink itself is deleted.
     assert not list(tmp_path.iterdir())
 
 

@@ -251,6 +251,17 @@ def test_kitti_calibration(tmp_path, monkeypatch, camera, fx, cx, rectified):
             assert source.camera(rectified=rectified) == expected
 
 
+def test_kitti_calibration_beside_a_first_picture_that_is_broken(tmp_path):
+    folder = fill(tmp_path / 'image_0', ['000000.png', '000001.png'])
+    (tmp_path / 'calib.txt').write_text(KITTI_CALIBRATION)
+    (folder / '000000.png').write_bytes(b'')
+    with open_source(tmp_path) as source:
+        assert source.camera(rectified=True).fx == 7.0
+    (folder / '000001.png').write_bytes(b'')
+    with open_source(tmp_path) as source, pytest.raises(SourceError, match='none of the pict'):
+        source.camera(rectified=True)
+
+
 def test_folders_without_a_calibration(tmp_path):
     fill(tmp_path / 'image_0', ['0.png'])
     with open_source(tmp_path) as source:

@@ -5,7 +5,7 @@
 import errno
 import os
 
-from phase_traj_ros.errors import OutputError
+from phase_traj_ros.errors import OutputError, SourceError
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.tasks.batch.job import replay_source, ReplayRequest
 import pytest
@@ -21,6 +21,17 @@ def replayed(folder, **wanted):
     request = ReplayRequest(source=folder, parameters=Parameters(threshold=16.0), **wanted)
     with request.opened() as source:
         return replay_source(source, request)
+
+
+def test_a_wrong_speed_topic_is_refused_before_a_frame_is_read(folder):
+    request = ReplayRequest(
+        source=folder, parameters=Parameters(use_speed_topic=True, path_from='heading'))
+
+    def through(*_):
+        pytest.fail('a pass has begun')
+
+    with request.opened() as source, pytest.raises(SourceError, match='is not a bag'):
+        replay_source(source, request, through=through)
 
 
 def no_space(*_, **__):
