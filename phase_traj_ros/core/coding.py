@@ -57,10 +57,11 @@ class Coder:
             return codes.skip(end_turn=status.ends_turn)
         if isinstance(codes, DynamicChainCode):
             assert dx is not None
-            self.shifts.add(dx, codes.threshold, interval=interval)
             if self._nominal_period > 0:
                 # After a dropped frame, the shift is that of two periods.
                 dx *= self._nominal_period / interval
+                interval = self._nominal_period
+            self.shifts.add(dx, codes.threshold, interval=interval)
             return codes.update(dx)
         assert heading is not None
         if isinstance(codes, HeadingCode):

@@ -167,7 +167,7 @@ class TrajectoryEstimator:
         """
         if self.heading is not None:
             if lens not in (self.heading.camera.lens, self.heading.camera.given):
-                self._integration.stop_foreseeing()
+                self._integration.trusted = None
                 self._repeats = RepeatDetector()
             self.heading.use_lens(lens)
         elif self._settings.measures_heading:
@@ -308,7 +308,7 @@ class TrajectoryEstimator:
         if pair.cut and self._settings.guards:
             self._integration.begin_scene()
         verdict = judge(
-            pair, admitted=self._integration.admits(pair.yaw, times.waited),
+            pair, admitted=self.heading is None or self.heading.admits(pair.yaw, times.waited),
             by_yaw=self._settings.by_heading)
         return self._integration.add(
             pair, verdict, stamp_ns, waited_ns, interval_deviation=times.deviation)
@@ -332,7 +332,7 @@ class TrajectoryEstimator:
         """Return whether a frame needs no measurement, as the motion continues."""
         # A video that repeats some of its pictures has the stamps of another clock, and the motion
         # until a frame is not known if its stamp may be off by as much as the interval.
-        return (self._integration.foreseeable and self._repeats.deviation_ns == 0.0
+        return (self._integration.trusted is not None and self._repeats.deviation_ns == 0.0
                 and times.deviation < times.interval
                 and self._meter.can_foresee(
                     frame, picture, times, encoding, self._integration.motion.speed))

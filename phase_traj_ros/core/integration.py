@@ -18,7 +18,6 @@ from phase_traj_ros.core.reliability.monitor import ReliabilityMonitor
 from phase_traj_ros.core.reliability.reason import Evidence, Reason
 from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.core.road.travel import Travel
-from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import EstimatorSettings
 from phase_traj_ros.core.status import PairStatus
@@ -39,6 +38,8 @@ class Integration:
         """The visual compass; None if no lens is known."""
         self.distance_meter = DistanceMeter(settings)
         self.counters = Counters()
+        self.trusted: Update | None = None
+        """The newest measured update if it is trusted: frames are foreseen from it."""
         # The lens that was reported, and the one that measured the previous pair.
         self._reported_lens: Lens | None = None
         self._measuring_lens: Lens | None = None
@@ -50,11 +51,6 @@ class Integration:
         return KnownMotion(
             self.distance_meter.heights_per_second,
             0.0 if self.heading is None else self.heading.tracker.rate)
-
-    @property
-    def foreseeable(self) -> bool:
-        """Return whether the motion of the newest pair may continue in the next one."""
-        return self._trusted is not None
 
     @property
     def reliability(self) -> Reliability:
@@ -74,7 +70,7 @@ class Integration:
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Continue with other settings."""
         self._settings = settings
-        self.stop_foreseeing()
+        self.trusted = None
         self.distance_meter.reconfigure(settings)
         self.coder.reconfigure(settings)
 
@@ -91,15 +87,11 @@ class Integration:
         """Number of frames since the last reset."""
         self._monitor = ReliabilityMonitor()
         self._has_turns = False
-        # Number of the newest measured frame, its update if trusted, and the update of the newest
-        # frame, relative to it, if foreseen.
+        self.trusted = None
+        # Number of the newest measured frame, and the update of the newest frame, relative to it,
+        # if foreseen.
         self._measured_frame = 0
-        self._trusted: Update | None = None
         self._foreseen: Update | None = None
-
-    def stop_foreseeing(self) -> None:
-        """Do not foresee frames from the newest pair."""
-        self._trusted = None
 
     def count_frame(self) -> None:
         """Count a frame; its pair is added next."""
@@ -118,10 +110,6 @@ class Integration:
         self.distance_meter.reset()
         if self.heading is not None:
             self.heading.cut()
-
-    def admits(self, yaw: YawMeasurement | None, interval: float) -> bool:
-        """Return whether the heading, if it is measured, may continue with the yaw of a pair."""
-        return self.heading is None or self.heading.admits(yaw, interval)
 
     def add(
         self, pair: Comparison, verdict: Verdict, stamp_ns: int, interval_ns: int, *,
@@ -162,12 +150,12 @@ class Integration:
             self.route.way.speed,
             None if travel is None or not travel.known else travel.variance / interval ** 2)
         foreseen, self._foreseen, self._measured_frame = self._foreseen, None, self.frames
-        self._trusted = whole if verdict.evidence is Evidence.TRUSTED else None
+        self.trusted = whole if verdict.evidence is Evidence.TRUSTED else None
         return whole.after(foreseen)
 
     def foresee(self, stamp_ns: int, waited_ns: int, interval_ns: int) -> Update:
         """Add a frame that is not measured; the next pair covers its time."""
-        newest, heading = self._trusted, self.heading
+        newest, heading = self.trusted, self.heading
         assert newest is not None and newest.shift is not None and heading is not None
         ahead = heading.foresee(waited_ns * 1e-9)
         status = PairStatus.STILL if newest.status is PairStatus.STILL else PairStatus.OK

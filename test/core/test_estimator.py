@@ -19,6 +19,7 @@ from phase_traj_ros.core import (
     TrajectoryEstimator,
     View,
 )
+from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.errors import FrameError
 import pytest
 from textures import pair
@@ -294,6 +295,24 @@ def test_a_long_interval_is_judged_as_a_short_one_where_the_period_is_known():
         assert update.step.movement is movement
         # What is published is what was measured.
         assert update.shift.dx == pytest.approx(20, abs=0.1)
+
+
+def test_the_hint_is_about_the_shifts_that_are_coded():
+    frames = pair((64, 120), 20, 0)
+    estimator = TrajectoryEstimator(EstimatorSettings(threshold=16.0, nominal_period=0.1))
+    for number in range(41):
+        show(estimator, np.roll(frames[0], 20 * number, axis=1), 3 * STEP_NS * number)
+    assert estimator.codes.movement.totals_of(Movement)[Movement.FORWARD] == 40
+    assert estimator.threshold_hint.misfit is Misfit.TOO_HIGH
+
+
+@pytest.mark.parametrize(('before', 'after'), [(0.0, 5.0), (5.0, 0.0)])
+def test_whether_the_road_is_measured_is_fixed_at_the_start(before, after):
+    settings = EstimatorSettings(
+        code_source=CodeSource.AUTO, camera_height=1.5, speed=before)
+    estimator = TrajectoryEstimator(settings)
+    with pytest.raises(ValueError, match='whether the distance is measured on the road is fixed'):
+        estimator.reconfigure(replace(settings, speed=after))
 
 
 def test_another_encoding_is_not_compared():

@@ -17,6 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.tuning import TUNING
 
+# That of an exact angle, in square radians.
+_LEAST_VARIANCE = 1e-12
+
 
 @dataclass(frozen=True, slots=True)
 class Horizon:
@@ -97,9 +100,10 @@ class HorizonEstimator:
         self._sum = np.zeros(2)
 
     def add(self, horizon: Horizon) -> None:
-        """Add an estimate of the tilt, whose deviations are above 0."""
+        """Add an estimate of the tilt; an angle without deviation is exact."""
         tilt = np.array([horizon.pitch, horizon.roll])
-        variance = np.square([horizon.pitch_deviation, horizon.roll_deviation])
+        variance = np.maximum(
+            np.square([horizon.pitch_deviation, horizon.roll_deviation]), _LEAST_VARIANCE)
         off = (tilt - self._sum / self._weight) ** 2 / (variance + 1.0 / self._weight)
         weight = 1.0 / (variance * np.maximum(1.0, off / TUNING.outlier_deviations ** 2))
         self._weight += weight

@@ -57,10 +57,6 @@ class SwayingAngle:
         self._state[1] = self._covariance[0, 1] = self._covariance[1, 0] = 0.0
         self._covariance[1, 1] = deviation ** 2
 
-    def _drift(self, interval: float) -> None:
-        """Add the variance by which the mounting changes within ``interval`` seconds."""
-        self._covariance[0, 0] += mounting_drift(interval)
-
     def _correct(self, innovation: float, variance: float, *, slope: float = 1.0) -> None:
         """Add a measurement; ``slope`` is its derivative by the sum of both angles."""
         spread = slope * self._covariance.sum(axis=1)

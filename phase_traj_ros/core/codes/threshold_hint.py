@@ -46,7 +46,8 @@ class ShiftSummary:
 
     def __init__(self) -> None:
         """Make an empty summary."""
-        self._newest: deque[float] = deque(maxlen=TUNING.lasting_pairs)
+        # Shifts per pair and per second.
+        self._newest: deque[tuple[float, float]] = deque(maxlen=TUNING.lasting_pairs)
         self._pairs = self._beyond = self._turns = self._short = self._length = 0
         self._threshold = self._largest = self._fastest = 0.0
 
@@ -58,11 +59,11 @@ class ShiftSummary:
         """
         self._pairs += 1
         self._threshold = threshold
-        self._newest.append(dx)
+        self._newest.append((dx, dx / interval))
         if len(self._newest) == TUNING.lasting_pairs:
-            lasting = abs(median(self._newest))
+            lasting, fast = (abs(median(each)) for each in zip(*self._newest))
             self._largest = max(self._largest, lasting)
-            self._fastest = max(self._fastest, lasting / interval)
+            self._fastest = max(self._fastest, fast)
         if abs(dx) >= threshold:
             self._beyond += 1
             self._length += 1

@@ -18,7 +18,7 @@ class Window(Enum):
     """
 
     SQRT_HANN = 'sqrt_hann'
-    """Half a sine wave, the same as ``cv2.createHanningWindow``."""
+    """Half a sine wave, as ``cv2.createHanningWindow``, which samples from border to border."""
     HANN = 'hann'
     """A raised cosine: less leakage, but it uses less of the frame."""
     TUKEY = 'tukey'

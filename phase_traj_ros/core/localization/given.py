@@ -137,15 +137,11 @@ class Prior:
 
     x, y, radius
         The point and the radius in metres of the map.
-    heading, heading_deviation
-        Heading in radians, and its standard deviation; None if the heading is unknown.
     """
 
     x: float
     y: float
     radius: float
-    heading: float | None = None
-    heading_deviation: float = math.radians(15.0)
 
     def __post_init__(self) -> None:
         """
@@ -154,17 +150,13 @@ class Prior:
         Raises
         ------
         ValueError
-            The point is not finite, the radius is not positive and finite, or the deviation is
-            not positive.
+            The point is not finite, or the radius is not positive and finite.
 
         """
         if not (math.isfinite(self.x) and math.isfinite(self.y)):
             raise ValueError(f'the prior is at ({self.x}, {self.y}): give finite metres')
         if not 0.0 < self.radius < math.inf:
             raise ValueError(f'the radius is {self.radius}: give positive metres')
-        if not self.heading_deviation > 0.0:
-            raise ValueError(
-                f'the deviation of the heading is {self.heading_deviation}: give positive radians')
 
 
 @dataclass(frozen=True, slots=True)

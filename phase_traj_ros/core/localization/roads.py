@@ -90,7 +90,7 @@ class RoadMap:
         if not np.isfinite(positions[every]).all():
             raise ValueError('a position is not finite: give metres')
         place = _places(positions, listed)
-        listed = [_without_repeats(place[way]) for way in listed]
+        listed = [way[np.diff(way, prepend=-1) != 0] for way in (place[each] for each in listed)]
         shared = np.bincount(
             np.concatenate([every[:0], *listed]), minlength=len(positions)) > 1
         thinned = [_thinned(positions, way, shared) for way in listed]
@@ -182,11 +182,6 @@ def _places(positions: Floats, ways: Sequence[Ints]) -> Ints:
         np.minimum.at(place, tails, first)
         np.minimum.at(place, heads, first)
     return place
-
-
-def _without_repeats(way: Ints) -> Ints:
-    """Return a way without nodes that equal the previous one."""
-    return way[np.concatenate([[True], way[1:] != way[:-1]])] if len(way) else way
 
 
 def _thinned(positions: Floats, way: Ints, shared: Flags) -> Ints:

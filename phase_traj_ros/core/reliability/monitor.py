@@ -68,7 +68,7 @@ class ReliabilityMonitor:
         self._new_picture_ns = stamp_ns
         part.counts[evidence] += frames
         self._counts[evidence] += frames
-        lost = self._is_lost(evidence, interval_ns)
+        lost = self._is_lost(evidence, interval_ns, frames)
         if not lost:
             part.seconds += interval_ns * 1e-9
         part.cuts += cut
@@ -157,9 +157,10 @@ class ReliabilityMonitor:
         seconds = sum(part.seconds for part in self._parts)
         return seconds >= TUNING.low_rate_s * self._counts.total()
 
-    def _is_lost(self, evidence: Evidence, interval_ns: int) -> bool:
+    def _is_lost(self, evidence: Evidence, interval_ns: int, frames: int) -> bool:
         """Return whether frames are missing in a pair, not only at a low frame rate."""
-        return self._usual_ns > 0 and interval_ns > TUNING.lost_intervals * self._usual_ns and (
+        usual_ns = frames * self._usual_ns
+        return 0 < TUNING.lost_intervals * usual_ns < interval_ns and (
             evidence is Evidence.APART or interval_ns > TUNING.lost_ns)
 
     def _unused_ns(self, reason: Reason) -> int:

@@ -65,6 +65,11 @@ class RoadMeter:
         """Return whether the road may be in view, but the speed is in doubt."""
         return not self._view.is_empty and self.speed_filter.doubtful
 
+    @property
+    def _lacks_pitch(self) -> bool:
+        """Return whether the pitch is not known well enough to compare the road."""
+        return self.pitch.deviation > TUNING.max_pitch_deviation
+
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """Continue with this mask; no pair is lost."""
         self._view.use_mask(mask)
@@ -141,9 +146,9 @@ class RoadMeter:
         # At rest, the blocks do not show the direction of travel: it equals its prior.
         moves = max(motion.passing, abs(motion.near)) > TUNING.passing
         # Without the pitch, no road is compared that would correct the speed.
-        unknown = self.pitch.deviation > TUNING.max_pitch_deviation and not speeds.standing
+        lacks_pitch = self._lacks_pitch and not speeds.standing
         if moves and (
-                unknown or not speeds.known or speeds.doubtful or driven > TUNING.min_slide):
+                lacks_pitch or not speeds.known or speeds.doubtful or driven > TUNING.min_slide):
             self.pitch.add(
                 self._horizon.pitch_along(travel.course, travel.slope, azimuth=self._azimuth,
                                           lean=self._view.lean(self._roll)),
@@ -155,7 +160,7 @@ class RoadMeter:
     ) -> Travel:
         """Compare the road with that of the keyframe, or bridge the pair."""
         key, view = self._key, self._view
-        if self.pitch.deviation > TUNING.max_pitch_deviation and key.moves:
+        if self._lacks_pitch and key.moves:
             view.discard()
         else:
             view.follow(self.pitch.mounting, self._azimuth, may_change=key.age <= interval)

@@ -84,14 +84,17 @@ class Travel:
     @property
     def own_variance(self) -> float:
         """Return the part of the variance that is independent of other pairs."""
-        shares = self.swing ** 2 + self.tilt ** 2 + self.scale ** 2
-        return max(self.variance - shares * self.distance ** 2, 0.0)
+        return max(self.variance - self._shared * self.distance ** 2, 0.0)
+
+    @property
+    def _shared(self) -> float:
+        """Return the relative variance of the errors that are correlated between pairs."""
+        return self.swing ** 2 + self.tilt ** 2 + self.scale ** 2
 
     def part(self, distance: float, share: float) -> 'Travel':
         """Return a part of it with this distance, and a share of its own variance."""
-        own = share * self.own_variance
-        correlated = (self.swing ** 2 + self.tilt ** 2 + self.scale ** 2) * distance ** 2
-        return replace(self, distance=distance, variance=own + correlated)
+        variance = share * self.own_variance + self._shared * distance ** 2
+        return replace(self, distance=distance, variance=variance)
 
     def scaled(self, factor: float, deviation: float) -> 'Travel':
         """Return the distance times a factor with a relative standard deviation."""

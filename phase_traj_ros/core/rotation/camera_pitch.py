@@ -14,7 +14,7 @@ pitch, the slides of the near and the far road agree.
 import math
 
 from phase_traj_ros.core.camera.horizon import Horizon
-from phase_traj_ros.core.camera.swaying_angle import SwayingAngle
+from phase_traj_ros.core.camera.swaying_angle import mounting_drift, SwayingAngle
 from phase_traj_ros.core.rotation.tuning import TUNING
 
 
@@ -44,7 +44,7 @@ class CameraPitch(SwayingAngle):
     def predict(self, interval: float) -> None:
         """Predict ``interval`` seconds ahead."""
         self._fade(interval, time=TUNING.suspension_time, deviation=TUNING.suspension_pitch)
-        self._drift(interval)
+        self._covariance[0, 0] += mounting_drift(interval)
 
     def forget_suspension(self) -> None:
         """Restart without a pitch of the suspension; that of the mounting is kept."""

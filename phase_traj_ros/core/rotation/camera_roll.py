@@ -13,7 +13,7 @@ the turn as a pitch.
 import math
 
 from phase_traj_ros.core.camera.horizon import Horizon
-from phase_traj_ros.core.camera.swaying_angle import SwayingAngle
+from phase_traj_ros.core.camera.swaying_angle import mounting_drift, SwayingAngle
 from phase_traj_ros.core.rotation.camera_motion import CameraMotion, running_mean
 from phase_traj_ros.core.rotation.focus_of_expansion import Mounting
 from phase_traj_ros.core.rotation.tuning import TUNING
@@ -77,7 +77,7 @@ class CameraRoll(SwayingAngle):
         # On a straight, a vehicle is upright: what seems to be a lean is the bank of the road.
         self._fade(interval, time=TUNING.lean_time_s, deviation=TUNING.lean_deviation,
                    lasts=self._turning != 0.0)
-        self._drift(interval)
+        self._covariance[0, 0] += mounting_drift(interval)
 
     @property
     def _turning(self) -> float:

@@ -77,12 +77,14 @@ class BagSink(Watcher):
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *error: Any) -> None:
+        if kind is not None:
+            self._bag.__exit__(kind, *error)
+            return
         with self._bag:
-            if kind is None:
-                last_ns = self._estimator.last_stamp_ns or 0
-                self._write_whole(self._schedule.take(last_ns, rest=True), last_ns)
-                if self._diagnosed.pending:
-                    self._write_diagnostics(last_ns)
+            last_ns = self._estimator.last_stamp_ns or 0
+            self._write_whole(self._schedule.take(last_ns, rest=True), last_ns)
+            if self._diagnosed.pending:
+                self._write_diagnostics(last_ns)
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
         """Start a bag; it replaces the one before."""

@@ -54,6 +54,13 @@ def test_one_recording_alone_is_what_it_is():
     assert alone.pitch_deg == pytest.approx(FOUND.pitch_deg, abs=0.1)
 
 
+def test_an_exact_tilt_stays():
+    exact = replace(FOUND, pitch_deviation_deg=0.0, roll_deviation_deg=0.0)
+    both = combined([exact, FOUND])
+    assert (both.pitch_deg, both.roll_deg) == (
+        pytest.approx(FOUND.pitch_deg, abs=1e-3), pytest.approx(FOUND.roll_deg, abs=1e-3))
+
+
 def test_a_reduced_recording_is_of_the_same_camera():
     half = replace(FOUND, width=160, height=120, focal_px=80.0, column_px=1.5)
     assert combined([FOUND, half]).focal_px == pytest.approx(160.0)

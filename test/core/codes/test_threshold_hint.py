@@ -50,6 +50,13 @@ def test_a_single_wrong_shift_does_not_make_a_threshold_fit():
     assert hint(series, 16.0).suggested_px < 5.0
 
 
+def test_a_single_short_interval_does_not_make_a_turn():
+    summary = ShiftSummary()
+    for number in range(40):
+        summary.add(0.6, 16.0, interval=0.005 if number == 20 else 0.1)
+    assert summary.hint(WIDTH) is None
+
+
 @pytest.mark.parametrize('threshold', [0.5, 4.0, 16.0])
 def test_a_straight_drive_gives_no_reason_to_lower_the_threshold(threshold):
     assert hint(shifts((0, 200), noise=0.1), threshold) is None

@@ -63,7 +63,6 @@ def test_the_scale_is_between_its_bounds():
     lambda: ScaleRange(0.0, 1.0),
     lambda: Prior(math.inf, 0.0, 5.0),
     lambda: Prior(0.0, 0.0, 0.0),
-    lambda: Prior(0.0, 0.0, 5.0, heading=0.0, heading_deviation=0.0),
     lambda: PositionFix(0.0, math.nan, 1.0, 1.0),
     lambda: PositionFix(0.0, 0.0, 0.0, 1.0),
     lambda: PositionFix(0.0, 0.0, 1.0, 1.7e308),

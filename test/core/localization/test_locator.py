@@ -99,8 +99,7 @@ def test_on_a_straight_road_nothing_is_claimed():
 
 def test_a_long_straight_does_not_prove_that_the_vehicle_is_on_the_map():
     roads = RoadMap.from_polylines([[(0, 0), (3000, 0)]])
-    locator = MapLocator(
-        roads, prior=Prior(500.0, 0.0, 30.0, heading=0.0), scale=ScaleRange(1.0, 1.0))
+    locator = MapLocator(roads, prior=Prior(500.0, 0.0, 30.0), scale=ScaleRange(1.0, 1.0))
     estimates = follow(locator, steps_of(drive([(500, 0), (2500, 0)]), seed=1))
     # The hypotheses stay close together, so what the candidates leave is that of no road.
     left = 1.0 - sum(each.probability for each in estimates[-1].candidates)
@@ -118,7 +117,7 @@ def test_the_side_of_a_loop_is_not_known():
 
 
 def test_a_prior_helps(town, poses, found):
-    prior = Prior(poses[0, 0], poses[0, 1], 60.0, heading=poses[0, 2])
+    prior = Prior(poses[0, 0], poses[0, 1], 60.0)
     near = follow(MapLocator(town.roads, prior=prior), steps_of(poses, seed=1)[:500])
     assert located(near) < located(found)
     assert np.median(errors(near, poses)[located(near):]) < 3.0

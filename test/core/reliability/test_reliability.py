@@ -193,6 +193,17 @@ def test_a_film_with_every_picture_twice_is_judged_by_the_others():
     assert driven.monitor.verdict().reliable and driven.spans == []
 
 
+def test_a_long_pair_of_frames_that_were_seen_loses_none():
+    frozen = Driven().add('trusted', 10).add('repeated', 2).add(
+        'trusted', 2.1, interval=21 * TENTH, frames=21)
+    assert [words for *_, words in frozen.spans] == [('frozen',)]
+    # Frames that were foreseen, and another encoding.
+    for foreseen, lost in ((6, 0), (1, 1)):
+        driven = Driven().add('trusted', 30, interval=SECOND // 60)
+        driven.add('apart', 0.1, interval=TENTH, frames=foreseen)
+        assert len(driven.spans) == lost
+
+
 @pytest.mark.parametrize(('evidence', 'seconds', 'lost'), [
     ('trusted', 0.9, False), ('trusted', 5, True), ('apart', 0.3, True), ('apart', 0.1, False)])
 def test_a_part_without_frames_is_a_span(evidence, seconds, lost):

@@ -213,9 +213,10 @@ def test_an_error_at_the_end_leaves_nothing_behind(tmp_path):
     def stops_writing(*_):
         raise OSError(errno.ENOSPC, 'No space left on device')
 
-    with pytest.raises(OSError, match='No space'), sink:
-        replay(rolled_frames(), parameters, source='', watchers=[sink])
-        sink._write_whole = stops_writing
+    replay(rolled_frames(), parameters, source='', watchers=[sink])
+    sink._write_whole = stops_writing
+    with pytest.raises(OSError, match='No space'):
+        sink.__exit__(None, None, None)
     # Before the sink itself is deleted.
     assert not list(tmp_path.iterdir())
 

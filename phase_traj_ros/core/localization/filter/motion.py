@@ -6,7 +6,7 @@ from dataclasses import replace
 import math
 
 import numpy as np
-from phase_traj_ros.core.localization.filter.hypotheses import displaced, Hypotheses
+from phase_traj_ros.core.localization.filter.hypotheses import displaced, Hypotheses, wrapped
 from phase_traj_ros.core.localization.filter.strides import Stride
 from phase_traj_ros.core.localization.given import ScaleRange
 from phase_traj_ros.core.localization.roads import Floats, parts_of, RoadMap
@@ -146,8 +146,7 @@ def _stratified(count: int, rng: np.random.Generator) -> Floats:
 def _transitions(roads: RoadMap, settings: LocatorSettings) -> tuple[Floats, Floats]:
     """Return the log-probability of each successor, and the metres saved by cutting the corner."""
     owner, _ = parts_of(np.diff(roads.first))
-    turn = roads.direction[roads.successors] - roads.direction[owner]
-    turn = np.abs(np.remainder(turn + np.pi, 2 * np.pi) - np.pi)
+    turn = np.abs(wrapped(roads.direction[roads.successors] - roads.direction[owner]))
     sharp = turn > settings.sharp
     chance = np.where(turn < settings.straight, settings.straight_on, np.where(
         sharp, settings.sharp_turn, 1.0))

@@ -50,14 +50,8 @@ class Seeding:
                 f'no road is within {prior.radius:.0f} m of the prior; the nearest one is'
                 f' {apart.min():.0f} m away: move the prior, enlarge its radius, or use another'
                 ' map')
-        hypotheses = self._on(
+        return self._on(
             np.repeat(near, math.ceil(self._settings.fewest_around / len(near))), log_total)
-        if prior.heading is not None:
-            heading = hypotheses.rotation + self._reckoning.heading
-            off = np.angle(np.exp(1j * (heading - prior.heading)))
-            hypotheses.log_weight -= (off / prior.heading_deviation) ** 2 / 2
-            hypotheses.log_weight += log_total - hypotheses.log_total
-        return hypotheses
 
     def spread(
         self, hypotheses: Hypotheses, radius: float, turn: float, since: complex,
@@ -87,7 +81,7 @@ class Seeding:
             known = deviation < settings.unknown_heading
             if known:
                 off = self._rotation_on(near) - hypotheses.rotation[number]
-                near = near[np.abs(np.angle(np.exp(1j * off))) <= (
+                near = near[np.abs(wrapped(off)) <= (
                     2 * settings.mode_heading + 2 * deviation)]
             if len(near) > most:
                 near = np.sort(self._rng.choice(near, most, replace=False))
