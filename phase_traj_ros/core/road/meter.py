@@ -105,8 +105,8 @@ class RoadMeter:
         A vehicle that drives straight ahead travels at this ``azimuth`` of the camera, in radians,
         positive to the right. ``roll`` is the current roll of the camera relative to the road, in
         radians, positive right side down; None if it is that of the horizon. ``still`` is whether
-        nothing but traffic moves in the picture. Of a vehicle that cannot have stopped yet, the
-        road has to show it.
+        nothing but traffic moves in the picture: the vehicle stands, unless the road slides, or it
+        cannot have stopped yet.
         """
         self._azimuth = azimuth
         self._roll = self._horizon.roll if roll is None else roll
@@ -119,7 +119,7 @@ class RoadMeter:
         turns = yaw is not None and abs(yaw) > TUNING.driving_yaw_rate * interval
         # What turns while nothing moves is traffic.
         stands = still and (yaw is None or turns or self.speed_filter.least == 0.0)
-        if stands or yaw is None:
+        if yaw is None or (stands and turns):
             # A pair that shows no pitch rate: what it was before fades.
             self._average(0.0, interval)
             self.start(frame)
@@ -132,11 +132,16 @@ class RoadMeter:
         self._key.add_rotation(
             *turn, nod=nod, interval=interval, near=None if motion is None else motion.near,
             agreement=0.0 if motion is None or turns else motion.agreement)
-        return self._measure(
+        travel = self._measure(
             frame, interval, turn, nod=nod, still=still,
             passes=(motion is not None and motion.certain and motion.near >= 0.0
                     and motion.passing > TUNING.driving),
             turns=motion is not None and turns)
+        if stands and travel.state not in (TravelState.MEASURED, TravelState.STANDING):
+            # The road does not show otherwise.
+            self.start(frame)
+            return self._standstill.halt(interval, self._measured)
+        return travel
 
     def _learn_pitch(self, motion: CameraMotion, nod: float, interval: float) -> None:
         """Learn the pitch from the nod of a pair, and from its direction of travel in a drive."""

@@ -125,6 +125,17 @@ def test_the_way_of_a_slow_vehicle_does_not_depend_on_the_frame_rate(speed, rate
     assert min(travel.variance for travel in travels) > 0.0
 
 
+@pytest.mark.parametrize('rate', [10.0, 30.0])
+def test_a_picture_that_seems_still_does_not_stop_a_road_that_slides(rate):
+    road, meter, speed, seconds = Road(PINHOLE), RoadMeter(PINHOLE, SURE), 0.25, 3.0
+    meter.start(road.seen(0.0))
+    places = [speed * number / rate for number in range(1, round(seconds * rate) + 1)]
+    travels = [
+        meter.update(road.seen(place), 1.0 / rate, motion(passing=0.002 / rate), still=True)
+        for place in places]
+    assert sum(travel.distance for travel in travels) == pytest.approx(places[-1], abs=2 * CELL)
+
+
 def test_a_vehicle_that_creeps_off_loses_nothing_of_its_way():
     road = Road(PINHOLE)
     meter = RoadMeter(PINHOLE, SURE)
