@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the commands share: how each is described, and common options."""
 
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
 from textwrap import fill
@@ -24,6 +26,19 @@ SOURCE is one of
   a folder          of images, in natural order of their names; with times.txt (seconds, one
                     per line) in it or beside it, as in a KITTI sequence, else see --fps
 """
+
+
+def number(
+    what: str, fits: Callable[[float], bool], kind: type[float] = float,
+) -> Callable[[str], float]:
+    """Return the type of an option: a number that ``fits``; ``what`` says which do."""
+    def parse(text: str) -> float:
+        with suppress(ValueError):
+            value = kind(text)
+            if fits(value):
+                return value
+        raise ArgumentTypeError(f'{text!r} does not fit: give {what}')
+    return parse
 
 
 @dataclass(frozen=True)

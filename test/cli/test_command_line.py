@@ -208,9 +208,11 @@ def test_the_help_of_replay_lists_what_a_user_and_a_vehicle_may_need(run):
 
 @pytest.mark.parametrize(
     ('option', 'value'), [
-        ('--rate', '0'), ('--rate', 'nan'), ('--wait', 'nan'), ('--wait', '1e300')])
+        ('--rate', '0'), ('--rate', 'nan'), ('--clock', '0'), ('--wait', 'nan'),
+        ('--wait', '1e300')])
 def test_play_refuses_invalid_times(refused, folder, option, value):
-    assert f'{option} is {float(value)}: give' in refused('play', folder, option, value)
+    assert f'argument {option}: {value!r} does not fit: give a' in refused(
+        'play', folder, option, value)
 
 
 @pytest.mark.parametrize('arguments', [

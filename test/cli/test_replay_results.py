@@ -172,7 +172,7 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     (['{folder}'], 'several sources need --output DIR'),
     (['{folder}', '--output', '{out}', '--bag-out', 'a/x.mcap'], 'a name without a folder'),
     (['{folder}', '--output', '{out}', '--bag-out', 'x.bag'], 'has to end in .mcap'),
-    (['{folder}', '--output', '{out}', '--jobs', '0'], "'0' is not a number of sources"),
+    (['{folder}', '--output', '{out}', '--jobs', '0'], "'0' does not fit: give 1 or more"),
     (['{folder}', '--output', '/dev/null'], 'cannot write to'),
 ])
 def test_contradicting_options(folder, tmp_path, capsys, arguments, message):

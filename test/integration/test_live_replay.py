@@ -98,15 +98,10 @@ def test_a_recording_that_knows_its_camera(live, kitti_root):
     assert len(set(offline.direction)) > 1
 
 
-@pytest.mark.parametrize(('arguments', 'message'), [
-    (['--lossless', '--wait', '0.5'], 'no subscriber to /image with a matching quality'),
-    (['--rate', '0'], '--rate is 0.0'),
-    (['--clock', '0'], '--clock is 0.0'),
-])
-def test_play_says_what_is_wrong(folder, capfd, arguments, message):
-    assert main(['play', str(folder), *arguments]) == 2
+def test_lossless_play_needs_a_subscriber(folder, capfd):
+    assert main(['play', str(folder), '--lossless', '--wait', '0.5']) == 2
     said = capfd.readouterr().err
-    assert said.startswith(f'phase_traj: error: {message}')
+    assert said.startswith('phase_traj: error: no subscriber to /image with a matching quality')
     assert said.count('\n') == 1
 
 

@@ -11,6 +11,7 @@ from phase_traj_ros.cli.options import (
     add_parameters,
     add_source,
     Command,
+    number,
     request_of,
     SOURCE_HELP,
 )
@@ -76,7 +77,8 @@ def add_options(parser: ArgumentParser) -> None:
         '--roads', choices=[each.value for each in Roads], default=Roads.CAR.value,
         help='roads that a car may drive, or paths as well (default: car)')
     parser.add_argument(
-        '--level', metavar='P', type=_level, default=0.99,
+        '--level', metavar='P', default=0.99,
+        type=number('a probability from 0.5 to below 1', lambda level: 0.5 <= level < 1.0),
         help='probability above which a place is claimed, after some turns (default: 0.99)')
     parser.add_argument(
         '--output', metavar='DIR', type=Path,
@@ -212,13 +214,3 @@ def _scale(text: str) -> ScaleRange:
             f' {_MOST_SCALE:g}, the larger one up to {_WIDEST:g} times the smaller, such as'
             ' 0.5..3')
     return scale
-
-
-def _level(text: str) -> float:
-    try:
-        level = float(text)
-    except ValueError:
-        level = 0.0
-    if not 0.5 <= level < 1.0:
-        raise ArgumentTypeError(f'{text!r} is not a level: give a probability from 0.5 to below 1')
-    return level

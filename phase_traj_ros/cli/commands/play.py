@@ -7,14 +7,13 @@ from collections.abc import Iterator
 from contextlib import closing
 import math
 
-from phase_traj_ros.cli.options import add_source, Command, SOURCE_HELP, source_of
+from phase_traj_ros.cli.options import add_source, Command, number, SOURCE_HELP, source_of
 from phase_traj_ros.cli.report import progress, warn
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import (
     CalibrationError,
     MissingDependencyError,
     OutputError,
-    ParameterError,
     SourceError,
 )
 from phase_traj_ros.io.sources.base import FrameSource, StampedFrame, UnreadableFrame
@@ -47,7 +46,8 @@ def add_options(parser: ArgumentParser) -> None:
     """Add the arguments and options of the command."""
     add_source(parser)
     parser.add_argument(
-        '--rate', metavar='R', type=float, default=1.0,
+        '--rate', metavar='R', default=1.0,
+        type=number('a finite number above 0', lambda rate: 0.0 < rate < math.inf),
         help='play R times as fast as recorded (default 1)')
     parser.add_argument('--loop', action='store_true', help='start again at the end')
     parser.add_argument(
@@ -55,14 +55,18 @@ def add_options(parser: ArgumentParser) -> None:
         help='publish reliably with KEEP_ALL, fail without a subscriber, and end when all'
              ' frames have been received')
     parser.add_argument(
-        '--clock', metavar='HZ', type=float, nargs='?', const=_CLOCK_HZ,
+        '--clock', metavar='HZ', nargs='?', const=_CLOCK_HZ,
+        type=number(f'a number above 0, up to {_MOST_CLOCK_HZ:g}',
+                    lambda rate: 0.0 < rate <= _MOST_CLOCK_HZ),
         help='publish the time of the recording on /clock, HZ times a second'
              f' ({_CLOCK_HZ:g} if HZ is not given)')
     parser.add_argument(
         '--image-topic', metavar='NAME', default='image',
         help='topic of the images (default: image)')
     parser.add_argument(
-        '--wait', metavar='S', type=float,
+        '--wait', metavar='S',
+        type=number(f'a number of seconds, 0 to {_MOST_WAIT_S:g}',
+                    lambda seconds: 0.0 <= seconds <= _MOST_WAIT_S),
         help='longest time in seconds to wait for a subscriber before the first frame (default'
              f' {_WAIT_S:g}, with --lossless {_WAIT_LOSSLESS_S:g})')
     parser.add_argument(
@@ -72,16 +76,8 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Run the command."""
-    if not (math.isfinite(options.rate) and options.rate > 0):
-        raise ParameterError(f'--rate is {options.rate}: give a finite number above 0')
-    if options.clock is not None and not 0 < options.clock <= _MOST_CLOCK_HZ:
-        raise ParameterError(
-            f'--clock is {options.clock}: give a number above 0, up to {_MOST_CLOCK_HZ:g}')
     if options.wait is None:
         options.wait = _WAIT_LOSSLESS_S if options.lossless else _WAIT_S
-    if not 0 <= options.wait <= _MOST_WAIT_S:
-        raise ParameterError(
-            f'--wait is {options.wait}: give a number of seconds, 0 to {_MOST_WAIT_S:g}')
     try:
         from phase_traj_ros.ros.playback.player import FramePlayer
         from phase_traj_ros.ros.spin import names_explained, ros_context, spinning

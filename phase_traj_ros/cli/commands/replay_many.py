@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """``phase_traj replay A B C``: replays many recordings in parallel."""
 
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentParser, Namespace
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from dataclasses import replace
 import os
 
+from phase_traj_ros.cli.options import number
 from phase_traj_ros.cli.report import BY_SOURCE, progress, warn
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.outputs.manifest import MANIFEST
@@ -25,22 +26,12 @@ EXIT_SOME_FAILED = 1
 def add_batch(parser: ArgumentParser) -> None:
     """Add the options for several sources."""
     parser.add_argument(
-        '--jobs', metavar='N', type=_jobs,
+        '--jobs', metavar='N', type=number('1 or more', lambda jobs: jobs >= 1, int),
         help='replay N sources at a time (default: one per processor)')
     parser.add_argument(
         '--dask', metavar='ADDRESS',
         help='replay on the Dask cluster with this scheduler, such as tcp://host:8786; its'
              ' machines have to share the sources and DIR')
-
-
-def _jobs(text: str) -> int:
-    try:
-        jobs = int(text)
-    except ValueError:
-        jobs = 0
-    if jobs < 1:
-        raise ArgumentTypeError(f'{text!r} is not a number of sources: give 1 or more')
-    return jobs
 
 
 def replay_many(request: ReplayRequest, options: Namespace) -> int | None:

@@ -110,12 +110,10 @@ def parse_links(text: str) -> LinksText:
 
     """
     match = _LINKS.fullmatch(text)
-    if match is not None:
-        step, unit, links = match.groups()
-        found = LinksText(float(step), unit, _parse_series(links))
-        if str(found) == text:
-            return found
-    raise ValueError(f'not a text of equal links: {text!r:.80}')
+    if match is None:
+        raise ValueError(f'not a text of equal links: {text!r:.80}')
+    step, unit, links = match.groups()
+    return LinksText(float(step), unit, _parse_series(links))
 
 
 def parse_chain_code(text: str) -> ChainCodeText:

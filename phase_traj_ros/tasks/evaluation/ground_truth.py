@@ -227,12 +227,9 @@ def _from_quaternions(path: Path, given: NDArray[np.float64]) -> NDArray[np.floa
     lengths = np.linalg.norm(given, axis=1)
     if (np.abs(lengths - 1.0) > _TOLERANCE).any():
         raise SourceError(f'{path}: the last four columns are not quaternions of length 1')
-    x, y, z, w = (given / lengths[:, None]).T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
-    return np.moveaxis(np.array(rows), 2, 0)
+    *axis, real = (given / lengths[:, None]).T
+    crossed = np.cross(np.eye(3), np.stack(axis, axis=1)[:, None, :])
+    return np.asarray(np.eye(3) + 2 * real[:, None, None] * crossed + 2 * crossed @ crossed)
 
 
 def _check_rotations(path: Path, rotations: NDArray[np.float64]) -> None:
