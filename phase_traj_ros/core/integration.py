@@ -227,8 +227,8 @@ class Integration:
             return None
         if heading.camera.contradicted:
             return Reason.CAMERA_CONTRADICTED
-        needed = not heading.camera.in_use.settled and (
-            self._has_turns or heading.bends_may_be_turns)
+        needed = heading.quarters_in_doubt or (
+            not heading.camera.in_use.settled and (self._has_turns or heading.bends_may_be_turns))
         return Reason.CAMERA_NOT_KNOWN if needed else None
 
     @property

@@ -43,6 +43,8 @@ class HeadingTuning:
     # Bends and turns, in degrees, and in heights of the camera.
     turn_deg: float = 60.0
     """Least angle of a turn."""
+    quarter_error_deg: float = 45.0
+    """With a larger error of its angle, the number of quarter turns of a turn is not known."""
     min_bend_rate_deg: float = 0.05
     """Change of the heading per height in the gentlest bend: a radius of 1.9 km with a camera at
     1.65 m. Straight roads, and the drift of the heading on them, are well below."""

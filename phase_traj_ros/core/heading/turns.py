@@ -84,8 +84,13 @@ class TurnDetector:
         frame at which it reaches the minimum angle. A turn in progress may add more of them later.
         Counted quarters are not revoked.
         """
-        self.widest_deg = 0.0
-        """Angle of the widest bend that has ended so far, in degrees, 0 or more."""
+        self._widest_deg = 0.0
+
+    @property
+    def widest_deg(self) -> float:
+        """Return the angle of the widest bend so far, in degrees, 0 or more."""
+        return max([self._widest_deg, *(
+            abs(side.bend.angle) for side in self._sides if side.bend is not None)])
 
     @property
     def direction_error_deg(self) -> float:
@@ -124,7 +129,7 @@ class TurnDetector:
         rate_deg = None if rate is None else math.degrees(rate)
         ended = [side.update(before, self._last, rate_deg) for side in self._sides]
         for bend in filter(None, ended):
-            self.widest_deg = max(self.widest_deg, abs(bend.angle))
+            self._widest_deg = max(self._widest_deg, abs(bend.angle))
         counted = [count for side in self._sides for count in side.take_quarters()]
         self.quarters = tuple(side for _, side in sorted(counted, key=lambda count: count[0]))
         self._direction_quarters += sum(self.quarters)
@@ -144,7 +149,7 @@ class TurnDetector:
         """
         if self._last is not None:
             self._last = self._last.scaled(factor)
-        self.widest_deg *= factor
+        self._widest_deg *= factor
         for side in self._sides:
             self._waiting += self._turns(side.scale(factor))
 

@@ -41,6 +41,13 @@ class VisualCompass:
         camera = self.camera.in_use
         return camera is not None and self._turns.widest_deg * camera.most_angle >= TUNING.turn_deg
 
+    @property
+    def quarters_in_doubt(self) -> bool:
+        """Return whether a bend is so wide that the camera leaves its quarter turns in doubt."""
+        camera = self.camera.in_use
+        return camera is not None and (
+            self._turns.widest_deg * (camera.most_angle - 1.0) > TUNING.quarter_error_deg)
+
     def use_lens(self, lens: Lens) -> None:
         """
         Continue with another lens; the heading is corrected if the previous one was a guess.

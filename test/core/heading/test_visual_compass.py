@@ -251,6 +251,23 @@ def test_a_bend_of_an_unknown_camera_may_be_a_turn(angle_deg, may_be):
     assert not unknown.bends_may_be_turns
 
 
+@pytest.mark.parametrize(('deviation', 'angle_deg', 'in_doubt'), [
+    (0.06, 360.0, False), (0.06, 540.0, True), (0.02, 540.0, False), (0.02, 1800.0, True)])
+def test_a_learned_camera_leaves_the_quarters_of_a_wide_turn_in_doubt(
+        deviation, angle_deg, in_doubt):
+    learned = Lens(estimate=CameraEstimate(
+        width=160, height=90, focal_px=100.0, focal_deviation=deviation))
+    for lens, expected in ((learned, in_doubt), (Lens(focal_px=100.0), False)):
+        compass = VisualCompass(YawCamera(lens))
+        compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
+        compass.start(0)
+        # The turn does not end.
+        for pair in range(1, round(angle_deg / 6.0) + 1):
+            compass.add(YawMeasurement(Shift(0.0, 0.0, 1.0), math.radians(6.0), 1.0),
+                        pair * TENTH, 0.1)
+        assert compass.quarters_in_doubt is expected
+
+
 def test_another_lens_while_running():
     camera, frames = turning('barrel')
     estimator = VisualCompass(YawCamera(Lens(focal_px=camera.fx)))
