@@ -137,8 +137,9 @@ class RoadMeter:
             passes=(motion is not None and motion.certain and motion.near >= 0.0
                     and motion.passing > TUNING.driving),
             turns=motion is not None and turns)
-        if stands and travel.state not in (TravelState.MEASURED, TravelState.STANDING):
-            # The road does not show otherwise.
+        slides = travel.state is TravelState.MEASURED and (
+            abs(self.speed_filter.speed) * TUNING.standing_time > TUNING.fixed_cells * CELL)
+        if stands and not slides and travel.state is not TravelState.STANDING:
             self.start(frame)
             return self._standstill.halt(interval, self._measured)
         return travel
