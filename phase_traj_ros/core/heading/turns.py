@@ -138,6 +138,7 @@ class TurnDetector:
 
     def cut(self) -> None:
         """End the turns in progress, for the next update: its pair shows another scene."""
+        self._widest_deg = self.widest_deg
         self._waiting += self._turns(side.cut() for side in self._sides)
 
     def scale(self, factor: float) -> None:

@@ -266,6 +266,8 @@ def test_a_learned_camera_leaves_the_quarters_of_a_wide_turn_in_doubt(
             compass.add(YawMeasurement(Shift(0.0, 0.0, 1.0), math.radians(6.0), 1.0),
                         pair * TENTH, 0.1)
         assert compass.quarters_in_doubt is expected
+        compass.cut()
+        assert compass.quarters_in_doubt is expected
 
 
 def test_another_lens_while_running():
