@@ -34,6 +34,8 @@ class ReliabilityMonitor:
         self._rivalled_ns: int | None = None
         self._scene = SceneDistance()
         self._usual_ns = self._still_ns = 0
+        # Repeated pictures since the newest other one.
+        self._repeats = 0
         # The frames since the newest one that are not used, by their reasons.
         self._unused: Counter[Reason] = Counter()
 
@@ -62,13 +64,16 @@ class ReliabilityMonitor:
         part = self._parts[-1]
         before, self._newest_ns = self._newest_ns, stamp_ns
         if evidence is Evidence.REPEATED:
+            self._repeats += 1
             if stamp_ns - self._new_picture_ns > TUNING.frozen_ns:
                 self._spans[Reason.FROZEN].add(self._new_picture_ns, stamp_ns)
             return
         self._new_picture_ns = stamp_ns
         part.counts[evidence] += frames
         self._counts[evidence] += frames
-        lost = self._is_lost(evidence, interval_ns, frames)
+        unseen_ns = stamp_ns - before - (frames - 1 - self._repeats) * self._usual_ns
+        lost = self._is_lost(evidence, interval_ns, unseen_ns)
+        self._repeats = 0
         if not lost:
             part.seconds += interval_ns * 1e-9
         part.cuts += cut
@@ -157,10 +162,9 @@ class ReliabilityMonitor:
         seconds = sum(part.seconds for part in self._parts)
         return seconds >= TUNING.low_rate_s * self._counts.total()
 
-    def _is_lost(self, evidence: Evidence, interval_ns: int, frames: int) -> bool:
+    def _is_lost(self, evidence: Evidence, interval_ns: int, unseen_ns: int) -> bool:
         """Return whether frames are missing in a pair, not only at a low frame rate."""
-        usual_ns = frames * self._usual_ns
-        return 0 < TUNING.lost_intervals * usual_ns < interval_ns and (
+        return 0 < TUNING.lost_intervals * self._usual_ns < unseen_ns and (
             evidence is Evidence.APART or interval_ns > TUNING.lost_ns)
 
     def _unused_ns(self, reason: Reason) -> int:

@@ -11,7 +11,7 @@ class Reason(Enum):
     sentence: str
     """The reason as a sentence for users."""
 
-    def __new__(cls, word: str, sentence: str) -> 'Reason':
+    def __new__(cls, word: str, sentence: str = '') -> 'Reason':
         """Make a member with its word and its sentence."""
         member = object.__new__(cls)
         member._value_, member.sentence = word, sentence

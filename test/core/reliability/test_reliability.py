@@ -194,9 +194,12 @@ def test_a_film_with_every_picture_twice_is_judged_by_the_others():
 
 
 def test_a_long_pair_of_frames_that_were_seen_loses_none():
-    frozen = Driven().add('trusted', 10).add('repeated', 2).add(
-        'trusted', 2.1, interval=21 * TENTH, frames=21)
-    assert [words for *_, words in frozen.spans] == [('frozen',)]
+    for gap, lost in ((1, []), (19, [('frames_lost',)])):
+        frozen = Driven().add('trusted', 10).add('repeated', 2)
+        frozen.now += gap * TENTH
+        frozen.monitor.add(
+            Evidence.TRUSTED, frozen.now, (20 + gap) * TENTH, frames=21)
+        assert [words for *_, words in frozen.spans] == [('frozen',), *lost]
     # Frames that were foreseen, and another encoding.
     for foreseen, lost in ((6, 0), (1, 1)):
         driven = Driven().add('trusted', 30, interval=SECOND // 60)
