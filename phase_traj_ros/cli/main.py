@@ -44,8 +44,11 @@ def _status(arguments: Sequence[str] | None) -> int:
         hint = ', or replace it with --force' if isinstance(error, ForeignFileError) else ''
         status = _refused(f'{error}{hint}')
     except ModuleNotFoundError as error:
+        package, ours = ((name or '').partition('.')[0] for name in (error.name, __package__))
+        if package in ('', ours):
+            raise
         status = _refused(
-            f'the Python package {error.name} is missing: install python3-opencv, python3-numpy,'
+            f'the Python package {package} is missing: install python3-opencv, python3-numpy,'
             ' python3-yaml, python3-tqdm and python3-matplotlib (apt), or install phase_traj_ros'
             ' with pip, which brings them')
     except KeyboardInterrupt as error:

@@ -86,7 +86,6 @@ class Integration:
         self.frames = 0
         """Number of frames since the last reset."""
         self._monitor = ReliabilityMonitor()
-        self._has_turns = False
         self.trusted = None
         # Number of the newest measured frame, and the update of the newest frame, relative to it,
         # if foreseen.
@@ -200,7 +199,6 @@ class Integration:
             distance=None if speed is None else abs(speed) * interval,
             frames=self.frames - self._measured_frame)
         self.turns.extend(update.turns)
-        self._has_turns |= bool(update.quarters or update.turns)
         return update
 
     def _follow_lens(self) -> None:
@@ -222,14 +220,11 @@ class Integration:
     @property
     def _camera_reason(self) -> Reason | None:
         """Return why the camera is not known well enough for the turns so far; None if it is."""
-        heading = self.heading
-        if not self._settings.by_heading or heading is None or heading.camera.in_use is None:
+        if not self._settings.by_heading or self.heading is None:
             return None
-        if heading.camera.contradicted:
+        if self.heading.camera.contradicted:
             return Reason.CAMERA_CONTRADICTED
-        needed = heading.quarters_in_doubt or (
-            not heading.camera.in_use.settled and (self._has_turns or heading.bends_may_be_turns))
-        return Reason.CAMERA_NOT_KNOWN if needed else None
+        return Reason.CAMERA_NOT_KNOWN if self.heading.lacks_camera else None
 
     @property
     def _tip(self) -> Corner:

@@ -20,14 +20,14 @@ _FIXED = {
     'code_source': 'the code source', 'connectivity': 'the connectivity',
     'draws_heading': 'the source of the path',
     'measures_heading': 'whether the heading is measured',
-    'measures_road': 'whether the distance is measured on the road',
     'metric': 'whether a speed or the height of the camera is known',
     'camera_height': 'the height of the camera',
     'camera_height_deviation': 'the deviation of that height',
     'camera_pitch_deg': 'the pitch of the camera',
     'code_step': 'the length of the links',
     'lens': 'the lens (see use_lens)',
-    'max_speeds': 'the number of speeds to keep'}
+    'max_speeds': 'the number of speeds to keep',
+    'measures_road': 'whether the distance is measured on the road'}
 # A threshold that is set or removed changes these together, and everything starts again.
 _SWITCHED = ('code_source', 'draws_heading', 'measures_heading', 'measures_road')
 

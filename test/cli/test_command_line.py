@@ -331,6 +331,15 @@ def test_inspect_says_what_to_give(refused, folder, tmp_path):
     assert not (tmp_path / 'map.txt').exists()
 
 
+def test_a_missing_package_is_named_and_a_broken_installation_told(refused, folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'matplotlib', None)
+    problem = refused('inspect', folder / '0.png', folder / '1.png')
+    assert 'the Python package matplotlib is missing: install ' in problem
+    monkeypatch.setitem(sys.modules, 'phase_traj_ros.cli.program', None)
+    with pytest.raises(ModuleNotFoundError, match=r'cli\.program'):
+        main(['--help'])
+
+
 @pytest.mark.parametrize('output', ['.', 'results', '../pictures/a'])
 def test_results_do_not_become_frames(refused, folder, output):
     before = sorted(os.listdir(folder))

@@ -36,17 +36,16 @@ class VisualCompass:
         self.restart()
 
     @property
-    def bends_may_be_turns(self) -> bool:
-        """Return whether a bend so far may be a turn, given the uncertainty of the camera."""
+    def lacks_camera(self) -> bool:
+        """Return whether the camera is not known well enough for the turns so far."""
         camera = self.camera.in_use
-        return camera is not None and self._turns.widest_deg * camera.most_angle >= TUNING.turn_deg
-
-    @property
-    def quarters_in_doubt(self) -> bool:
-        """Return whether a bend is so wide that the camera leaves its quarter turns in doubt."""
-        camera = self.camera.in_use
-        return camera is not None and (
-            self._turns.widest_deg * (camera.most_angle - 1.0) > TUNING.quarter_error_deg)
+        if camera is None:
+            return False
+        widest = self._turns.widest_deg
+        may_turn = self._has_turned or widest * camera.most_angle >= TUNING.turn_deg
+        # The quarter turns of a wide bend need a better camera.
+        in_doubt = widest * (camera.most_angle - 1.0) > TUNING.quarter_error_deg
+        return in_doubt or (may_turn and not camera.settled)
 
     def use_lens(self, lens: Lens) -> None:
         """
@@ -70,6 +69,7 @@ class VisualCompass:
         self.tracker = HeadingTracker(self.camera.lens.focal_deviation)
         """Tracker, which integrates the yaw."""
         self._turns = TurnDetector()
+        self._has_turned = False
 
     def finish(self) -> list[Turn]:
         """Return the turn in progress at the end, if it has reached the minimum angle."""
@@ -111,6 +111,7 @@ class VisualCompass:
         turns = self._turns.update(stamp_ns, step.heading, distance, rate=step.rate, frames=frames)
         update = HeadingUpdate(
             step, tuple(turns), self._turns.quarters, self._contradicts(step.heading))
+        self._has_turned |= bool(update.quarters or update.turns)
         self._correct(self.camera.learn(stamp_ns))
         return update
 

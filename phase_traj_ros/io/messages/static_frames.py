@@ -105,13 +105,18 @@ def _yaw_deg(optical: _Pose) -> float:
     return math.degrees(math.atan2(optical[1, 2], optical[0, 2]))
 
 
+def rotation_matrices(quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotations (..., 3, 3) of quaternions (..., 4) of length 1, x y z w."""
+    axes, reals = quaternions[..., :3], quaternions[..., 3, None, None]
+    crossed = np.cross(np.eye(3), axes[..., None, :])
+    return np.asarray(np.eye(3) + 2 * reals * crossed + 2 * crossed @ crossed)
+
+
 def _rotation(quaternion: Any) -> _Pose:
     """Return the matrix of a geometry_msgs/Quaternion, (3, 3); NaN if its length is not usable."""
     parts = np.array([quaternion.x, quaternion.y, quaternion.z, quaternion.w])
     norm = np.linalg.norm(parts)
-    *axis, real = parts / norm if 1e-6 < norm < math.inf else parts * math.nan
-    crossed = np.cross(np.eye(3), axis)
-    return np.asarray(np.eye(3) + 2 * real * crossed + 2 * crossed @ crossed)
+    return rotation_matrices(parts / norm if 1e-6 < norm < math.inf else parts * math.nan)
 
 
 def _bare(frame: str) -> str:

@@ -3,7 +3,6 @@
 """Frames from a folder of pictures, such as a sequence of the KITTI odometry dataset."""
 
 from collections.abc import Generator, Sequence
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 import re
@@ -116,10 +115,13 @@ def _find_pictures(path: Path) -> tuple[Path, list[Path]]:
 
 def _size(pictures: Sequence[Path]) -> tuple[int, ...]:
     """Return the size, (H, W), of the first picture that can be read."""
+    first: SourceError | None = None
     for picture in pictures:
-        with suppress(SourceError):
+        try:
             return read_picture(picture).shape
-    raise SourceError(f'none of the pictures in {pictures[0].parent} can be read')
+        except SourceError as error:
+            first = first or error
+    raise SourceError(f'none of the pictures in {pictures[0].parent} can be read: {first}')
 
 
 def _camera_of(calibration: Path, name: str, size: tuple[int, ...]) -> CameraModel:

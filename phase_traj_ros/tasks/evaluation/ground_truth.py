@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.errors import reading, ResultError, SourceError
+from phase_traj_ros.io.messages.static_frames import rotation_matrices
 from phase_traj_ros.io.sources.times_file import find_times, nanoseconds, read_times
 
 _KITTI_COLUMNS, _TUM_COLUMNS = 12, 8
@@ -227,9 +228,7 @@ def _from_quaternions(path: Path, given: NDArray[np.float64]) -> NDArray[np.floa
     lengths = np.linalg.norm(given, axis=1)
     if (np.abs(lengths - 1.0) > _TOLERANCE).any():
         raise SourceError(f'{path}: the last four columns are not quaternions of length 1')
-    *axis, real = (given / lengths[:, None]).T
-    crossed = np.cross(np.eye(3), np.stack(axis, axis=1)[:, None, :])
-    return np.asarray(np.eye(3) + 2 * real[:, None, None] * crossed + 2 * crossed @ crossed)
+    return rotation_matrices(given / lengths[:, None])
 
 
 def _check_rotations(path: Path, rotations: NDArray[np.float64]) -> None:

@@ -209,7 +209,7 @@ def test_a_restart_forgets_the_heading_and_its_turns_but_not_the_frame():
     assert (tracker.heading, tracker.rate, tracker.deviation) == (0.0, 0.0, 0.0)
     update = estimator.add(estimator.camera.measure(frames[6], 0.1), 7 * TENTH, 0.1)
     assert update.step.heading == stepped(6)
-    assert estimator.finish() == [] and not estimator.bends_may_be_turns
+    assert estimator.finish() == [] and not estimator.lacks_camera
 
 
 def test_a_restart_forgets_a_turn_under_way():
@@ -238,17 +238,17 @@ def test_a_bend_of_an_unknown_camera_may_be_a_turn(angle_deg, may_be):
     unknown = VisualCompass(YawCamera(Lens(hfov_deg=75.0, assumed=True)))
     known = VisualCompass(YawCamera(Lens(hfov_deg=75.0)))
     for compass in (unknown, known):
-        assert not compass.bends_may_be_turns
+        assert not compass.lacks_camera
         compass.camera.measure(np.zeros((90, 160), np.uint8), 0.1)
         compass.start(0)
         for pair in range(1, 101):
             yaw = math.radians(angle_deg) / 25 if pair <= 25 else 0.0
             measured = YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, 1.0)
             compass.add(measured, pair * TENTH, 0.1)
-    assert unknown.bends_may_be_turns is may_be
-    assert not known.bends_may_be_turns
+    assert unknown.lacks_camera is may_be
+    assert not known.lacks_camera
     unknown.restart()
-    assert not unknown.bends_may_be_turns
+    assert not unknown.lacks_camera
 
 
 @pytest.mark.parametrize(('deviation', 'angle_deg', 'in_doubt'), [
@@ -265,9 +265,9 @@ def test_a_learned_camera_leaves_the_quarters_of_a_wide_turn_in_doubt(
         for pair in range(1, round(angle_deg / 6.0) + 1):
             compass.add(YawMeasurement(Shift(0.0, 0.0, 1.0), math.radians(6.0), 1.0),
                         pair * TENTH, 0.1)
-        assert compass.quarters_in_doubt is expected
+        assert compass.lacks_camera is expected
         compass.cut()
-        assert compass.quarters_in_doubt is expected
+        assert compass.lacks_camera is expected
 
 
 def test_another_lens_while_running():
