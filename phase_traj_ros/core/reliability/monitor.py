@@ -92,25 +92,35 @@ class ReliabilityMonitor:
             self._spans[Reason.DIRECTION_CONTRADICTS_HEADING].add(before, stamp_ns)
         if cut:
             self._scene = SceneDistance()
-        slowed = travel is not None and self._scene.contradicts(travel, near, interval_ns * 1e-9)
-        if slowed or (travel is not None and travel.rivalled and (metric or travel.known)):
-            if self._rivalled_ns is not None and before - self._rivalled_ns < TUNING.unclear_ns:
-                self._spans[Reason.ROAD_UNCLEAR].add(before, stamp_ns)
-            self._rivalled_ns = stamp_ns
-        if travel is not None and travel.refuted:
-            until = stamp_ns - interval_ns
-            since = max(until - round(travel.refuted * 1e9), self._start_ns)
-            self._spans[Reason.ROAD_UNCLEAR].add(since, until)
-        if travel is None or not metric or travel.measured:
+        if travel is None:
             self._measured_ns = stamp_ns
-        elif stamp_ns - self._measured_ns > TUNING.unmeasured_ns:
-            self._spans[Reason.DISTANCE_UNKNOWN].add(self._measured_ns, stamp_ns)
-        elif not travel.known:
-            self._spans[Reason.DISTANCE_UNKNOWN].add(before, stamp_ns)
+        else:
+            self._add_travel(travel, near, before, interval_ns, metric=metric)
         if lost:
             self._spans[Reason.FRAMES_LOST].add(before, stamp_ns)
         else:
             self._usual_ns = interval_ns // frames
+
+    def _add_travel(
+        self, travel: Travel, near: float, before: int, interval_ns: int, *, metric: bool,
+    ) -> None:
+        """Add the distance of the newest pair; ``before`` is the stamp of the frame before it."""
+        spans, stamp_ns = self._spans, self._newest_ns
+        slowed = self._scene.contradicts(travel, near, interval_ns * 1e-9)
+        if slowed or (travel.rivalled and (metric or travel.known)):
+            if self._rivalled_ns is not None and before - self._rivalled_ns < TUNING.unclear_ns:
+                spans[Reason.ROAD_UNCLEAR].add(before, stamp_ns)
+            self._rivalled_ns = stamp_ns
+        if travel.refuted:
+            until = stamp_ns - interval_ns
+            since = max(until - round(travel.refuted * 1e9), self._start_ns)
+            spans[Reason.ROAD_UNCLEAR].add(since, until)
+        if not metric or travel.measured:
+            self._measured_ns = stamp_ns
+        elif stamp_ns - self._measured_ns > TUNING.unmeasured_ns:
+            spans[Reason.DISTANCE_UNKNOWN].add(self._measured_ns, stamp_ns)
+        elif not travel.known:
+            spans[Reason.DISTANCE_UNKNOWN].add(before, stamp_ns)
 
     def add_unused(self, reason: Reason, count: int = 1) -> None:
         """Add frames that are not used, because ``FROZEN`` stamps repeat or ``FRAMES_LOST``."""
