@@ -31,8 +31,8 @@ _INTRODUCTION = """
     frame.
 
     Up to a factor of 28, the distance changes by about 1 % or less, in one clip of half size by 3
-    %. With stronger compression, it mostly becomes too short; what is off by more than 6 % is
-    always called unreliable.
+    %. With stronger compression, it mostly becomes too short; every distance that is off by
+    more than 6 % is reported as unreliable.
 
     The frames of real clips and of rendered drives are encoded with x264 at several constant rate
     factors (23 is its default), in full size and in half of it. The calibration of the camera and

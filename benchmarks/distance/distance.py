@@ -84,20 +84,22 @@ _REAL_TEXT = """
 _WHOLE_TEXT = """
     Rendered along the true poses of whole KITTI sequences at the speeds as driven, with the pitch
     and roll that the vehicle had against the road: the poses' less the slope of the way and the
-    bank, both over 10 m, and at most 2 degrees, plus 1 degree of mounting, which is not told. The
-    contrast of the rendered asphalt in the patches is 8 to 11 grey levels, that of clip 00 is 14.
-    For the NEES, each drive draws the error of the height that is given (4 %) and of the
-    direction that the camera is mounted in (0.5 degrees), as a rendered camera has neither.
+    bank, both over 10 m, and at most 2 degrees, plus 1 degree of mounting, which the estimator
+    does not know. The contrast of the rendered asphalt in the patches is 8 to 11 grey levels, that
+    of clip 00 is 14. For the NEES, each drive draws the error of the height that is given (4 %)
+    and of the direction that the camera is mounted in (0.5 degrees), as a rendered camera has
+    neither.
     """
 _OTHER_TEXT = """
-    The camera looks down by 1 degree, which is not told, and nor is what it points *aside*, its
-    roll, or that the bicycle leans, by up to 18 degrees. On a handlebar that shakes, the pitch
-    and the roll of each frame scatter by the angle given, and the yaw by half of it.
+    The camera looks down by 1 degree. The estimator does not know this, nor how far the camera
+    points *aside*, its roll, or the lean of the bicycle, which is up to 18 degrees. On a
+    handlebar that shakes, the pitch and the roll of each frame scatter by the angle given, and the
+    yaw by half of it.
     """
 _BREAKS_TEXT = """
     The lorry hides the road from 8 m on; on the wet night a tenth of the light is
     left, and the noise of a sensor at its limit; the snow leaves a hundredth of the contrast. On
-    the snow, most of the way is unknown or bridged, and said to be `distance_unknown`.
+    the snow, most of the way is unknown or bridged, and the result is `distance_unknown`.
     """
 
 
@@ -167,9 +169,9 @@ def page() -> Iterator[str]:
             exact += [value for row in rows for value in row.exact]
     yield '## Variances'
     yield paragraphs(f"""
-        Of all {len(every)} poses above but those of what breaks it, {_inside(every)} lie
-        within the band. Where the rendered cameras have exactly the height and the mounting
-        that the estimator is told, {_inside(exact)} do: most others are too good.
+        Of all {len(every)} poses above, except those of *What breaks it*, {_inside(every)} lie
+        within the band. With exactly the height and the mounting of the rendered cameras,
+        {_inside(exact)} do: the errors of most others are smaller than the band.
         """)
     yield '## Time'
     yield from _kept('time')

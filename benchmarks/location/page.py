@@ -124,7 +124,7 @@ def _calibration(rows_of: Callable[[str], list[Row]]) -> str:
     blocks = []
     if told:
         blocks.append(
-            f'Of {told} steps that were told a probability of 0.95 to 0.99, {right / told:.1%}'
+            f'Of {told} steps with a stated probability of 0.95 to 0.99, {right / told:.1%}'
             ' were within 50 m of the truth.')
     for part, where in (('own', 'on the map of Karlsruhe'), ('large', 'on that of 110 km²')):
         for key, text in (('located', 'once located'), ('searching', 'before')):

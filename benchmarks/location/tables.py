@@ -58,7 +58,7 @@ def counts(rows: list[Row]) -> str:
             f'{sum(row.likely[1] for row in those)} of {told}' if told else ''))
     return table((
         'map, scale, parts', 'runs', 'located', 'after (m)', 'with a wrong claim',
-        'right of the steps told 0.95 to 0.99'), lines)
+        'right of the steps with 0.95 to 0.99'), lines)
 
 
 def _range(values: Iterable[float]) -> str:

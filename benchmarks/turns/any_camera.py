@@ -211,7 +211,7 @@ def _targets(drives: Sequence[Outcome]) -> str:
             f'{max(each.half for each in known):.1%}')
 
     return table(
-        ('', 'drives that tell', 'within 10 %', 'within 5 %', 'in the interval', 'median error',
+        ('', 'with an estimate', 'within 10 %', 'within 5 %', 'in the interval', 'median error',
          'median ±', 'widest ±'), ((words, *shares(name)) for name, words in _LEARNED))
 
 
