@@ -271,10 +271,10 @@ class RoadMeter:
         if best is None:
             return None
         (speed, score), speeds, near = best, self.speed_filter, self._view.patches[0]
-        refuted = speeds.refuted_by(speed)
+        refuted = speeds.refuted_by(speed, self._profile.time)
         least, most = speeds.bounds(TUNING.profile_width * speed)
         if speeds.lost or not least <= speed <= most:
-            # When the vehicle brakes, the mean of half a second is too high.
+            # When the vehicle brakes, the mean of earlier pairs is too high.
             if speeds.known and not speeds.doubtful:
                 return None
             speeds.forget()

@@ -92,14 +92,14 @@ class SpeedFilter:
         gate = TUNING.gate * math.hypot(self.observed_deviation, deviation)
         return max(self.speed - gate, least), min(self.speed + gate, most)
 
-    def refuted_by(self, speed: float) -> float:
+    def refuted_by(self, speed: float, time: float) -> float:
         """
         Return for how long, in seconds, the speed has been wrong if this is the true one.
 
-        ``speed`` is that of a profile, the mean of a second or less. 0 if the vehicle can have
-        changed its speed, or if a clear measurement has shown the speed so far.
+        ``speed`` is that of a profile, a mean with this ``time`` constant, in seconds. 0 if the
+        vehicle can have changed its speed, or if a clear measurement has shown the speed so far.
         """
-        apart, lag = abs(speed - self.speed), TUNING.acceleration * TUNING.profile_s
+        apart, lag = abs(speed - self.speed), TUNING.acceleration * time
         peak = TUNING.profile_width * abs(speed)
         possible = apart <= TUNING.gate * (self.deviation + lag) + peak
         return 0.0 if self._clear or self.lost or possible else self._age

@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Averages correlation maps over half a second by speed, where no single pair shows the speed.
+Averages the correlation maps of several pairs by speed, where no single pair shows the speed.
 
 In a film of smooth asphalt, an encoder copies most of the road from frame to frame, and only a few
 markings remain. The maps are those of what changes from frame to frame, in which copies hardly
 show. Noise is at another slide in every pair, and only the road has a peak at the same speed in
-most pairs.
+most pairs of half a second, or of five intervals if that is longer.
 """
 
 import math
@@ -26,10 +26,14 @@ class SpeedProfile:
     def __init__(self) -> None:
         """Make an empty profile."""
         self._sum, self._weight, self._newest = np.zeros((3, len(self.speeds)))
+        self.time = TUNING.profile_s
+        """Time constant of the mean, in seconds."""
 
     def predict(self, interval: float) -> None:
         """Reduce the weight of the earlier pairs by an interval in seconds."""
-        kept = math.exp(-interval / TUNING.profile_s)
+        kept = math.exp(-interval / self.time)
+        # After the first use of this interval, in which frames may be missing.
+        self.time = max(TUNING.profile_s, TUNING.profile_intervals * interval)
         self._sum *= kept
         self._weight *= kept
 

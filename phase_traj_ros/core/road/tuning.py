@@ -147,7 +147,9 @@ class RoadTuning:
     profile_begins: float = 0.3
     """Least slide of a profile: the side lobes of fixed patterns end there."""
     profile_s: float = 0.5
-    """Time constant in seconds over which it is averaged..."""
+    """Time constant in seconds over which it is averaged, ..."""
+    profile_intervals: float = 5.0
+    """...or in intervals, if that is longer: as many pairs below 10 Hz as at 10 Hz, ..."""
     profile_pairs: float = 4.0
     """...from this number of pairs on."""
     profile_share: float = 0.8

@@ -149,28 +149,30 @@ def test_a_speed_that_cannot_be_reached_refutes_those_so_far(now, refuted):
         speeds.predict(0.1)
         speeds.add(8.0, 0.0)
     speeds.predict(0.2)
-    assert speeds.refuted_by(now) == pytest.approx(refuted)
+    assert speeds.refuted_by(now, 0.5) == pytest.approx(refuted)
+    # A profile of a second may be 3 heights/s behind.
+    assert speeds.refuted_by(14.4, 1.0) == 0.0
 
 
 def test_only_speeds_that_may_be_noise_are_refuted():
     speeds = SpeedFilter()
     speeds.predict(1.0)
-    assert speeds.refuted_by(20.0) == 0.0
+    assert speeds.refuted_by(20.0, 0.5) == 0.0
     speeds.add(5.0, 0.01)
     speeds.predict(0.1)
-    assert speeds.refuted_by(20.0) == pytest.approx(0.1)
+    assert speeds.refuted_by(20.0, 0.5) == pytest.approx(0.1)
     speeds.add(5.0, 0.01, clear=True)
     speeds.predict(0.1)
-    assert speeds.refuted_by(20.0) == 0.0
+    assert speeds.refuted_by(20.0, 0.5) == 0.0
     # A vehicle that stood is sure to have done so.
     speeds.forget()
     speeds.stand(0.1)
     speeds.predict(0.1)
-    assert speeds.refuted_by(20.0) == 0.0
+    assert speeds.refuted_by(20.0, 0.5) == 0.0
     speeds.forget()
     speeds.add(5.0, 0.01)
     speeds.predict(10.0)
-    assert speeds.lost and speeds.refuted_by(40.0) == 0.0
+    assert speeds.lost and speeds.refuted_by(40.0, 0.5) == 0.0
 
 
 def test_a_first_speed_that_nothing_confirms_is_forgotten():

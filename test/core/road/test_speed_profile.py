@@ -22,7 +22,7 @@ def peak(speed, height, width=0.4):
     return height * np.exp(-0.5 * ((SPEEDS - speed) / width) ** 2)
 
 
-@pytest.mark.parametrize('interval', [1 / 60, 0.04, 0.1])
+@pytest.mark.parametrize('interval', [1 / 60, 0.04, 0.1, 0.4])
 def test_noise_tells_no_speed(interval):
     rng, profile = np.random.default_rng(1), SpeedProfile()
     told = []
@@ -32,7 +32,7 @@ def test_noise_tells_no_speed(interval):
     assert sum(told) == 0
 
 
-@pytest.mark.parametrize('interval', [0.02, 0.04, 0.1])
+@pytest.mark.parametrize('interval', [0.02, 0.04, 0.1, 0.2, 0.4])
 @pytest.mark.parametrize('speed', [4.0, 25.0])
 def test_what_hardly_shows_in_a_pair_shows_in_many(speed, interval):
     rng, profile, alone = np.random.default_rng(2), SpeedProfile(), []
@@ -99,6 +99,16 @@ def test_a_few_pairs_tell_nothing():
     assert profile.best is None
     for _ in range(3):
         add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
+        assert profile.best is None
+
+
+def test_what_was_before_lost_frames_does_not_count():
+    rng, profile = np.random.default_rng(9), SpeedProfile()
+    for _ in range(40):
+        add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.1)
+    assert profile.best is not None
+    for interval in (3.0, 0.1, 0.1):
+        add(profile, noise(rng) + peak(12.0, 6.0), SEEN, interval)
         assert profile.best is None
 
 
