@@ -90,6 +90,24 @@ def test_a_film_is_measured_or_its_road_is_called_unclear(request, road):
             assert near and film.reliability.of_drive.reliable
 
 
+@pytest.mark.parametrize(('rate_hz', 'speed'), [(4.5, 18.0), (2.5, 8.0)])
+def test_a_few_large_slides_tell_the_speed(rate_hz, speed):
+    """In a small picture, no pair alone shows a first speed of two heights per pair."""
+    camera = Camera.with_field_of_view(320, 160, 98.0)
+    drive = plan_drive('', [Straight(20 / rate_hz)], rate_hz=rate_hz, speed=speed, seed=5,
+                       camera=camera)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        lens=Lens(hfov_deg=98.0), code_source=CodeSource.AUTO, camera_height=camera.above_ground))
+    travels = [
+        update.travel for update in map(
+            estimator.update, (sensor_noise(frame, sigma=1.0, seed=number)
+                               for number, frame in enumerate(render_drive(drive))),
+            drive.stamps_ns.tolist()) if update is not None]
+    assert all(travel.state is TravelState.MEASURED for travel in travels[12:])
+    assert [travel.distance for travel in travels[12:]] == pytest.approx(
+        [speed / rate_hz] * len(travels[12:]), rel=0.03)
+
+
 def _late_at_random(share):
     rng = np.random.default_rng(0)
     return rng.uniform(0.04, 0.07, 60) * (rng.random(60) < share)
