@@ -268,7 +268,7 @@ class RoadMeter:
         key = self._key
         # It has no speeds in reverse.
         best = self._profile.best if key.moves and key.passing >= 0.0 else None
-        if best is None:
+        if best is None or (interval > TUNING.profile_alone_s and not key.agreed):
             return None
         (speed, score), speeds, near = best, self.speed_filter, self._view.patches[0]
         refuted = speeds.refuted_by(speed, self._profile.time)

@@ -163,6 +163,9 @@ class RoadTuning:
     """...and above the next highest, ..."""
     profile_width: float = 0.15
     """...which is farther from it than this share of the speed."""
+    profile_alone_s: float = 0.15
+    """With longer intervals, the blocks have to agree, too: else the frames may have so little in
+    common that the next marking of the road looks like this one."""
     doubtful_deviation: float = 1.0
     """Least deviation of a speed in doubt: a profile may replace it, and every frame counts."""
 

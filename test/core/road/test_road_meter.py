@@ -9,6 +9,7 @@ import math
 import cv2
 import numpy as np
 from phase_traj_ros.core.camera.horizon import Horizon
+from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.patch_correlator import PatchCorrelator
@@ -75,6 +76,19 @@ def test_the_turn_of_a_rolled_camera_whose_blocks_do_not_agree(roll, yaw_rate):
         x, y, yaw = x + step * math.cos(middle), y + step * math.sin(middle), yaw + 0.1 * yaw_rate
     # Without the part of the turn that is a pitch, 12 % with 6 degrees, and 30 to 60 % with 18.
     assert np.mean(distances) == pytest.approx(step, rel=0.025)
+
+
+@pytest.mark.parametrize('agree', [True, False])
+def test_far_frames_tell_a_first_speed_only_where_their_blocks_agree(agree):
+    """Else the frames have little in common, and the next marking may look like this one."""
+    camera = CameraModel.pinhole((160, 320), 138.0)
+    road, meter = Road(camera), RoadMeter(camera, SURE)
+    meter.start(road.seen(0.0))
+    blocks, yaw = (motion(passing=0.2), None) if agree else (None, 0.0)
+    states = [
+        meter.update(road.seen(2.2 * index), 0.22, blocks, yaw=yaw).state
+        for index in range(1, 20)]
+    assert set(states[10:]) == {TravelState.MEASURED if agree else TravelState.UNKNOWN}
 
 
 def test_it_stands_before_the_pitch_is_known():
