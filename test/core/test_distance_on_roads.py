@@ -6,6 +6,7 @@ from dataclasses import replace
 import math
 
 from demo_street import street
+import motorway
 import numpy as np
 from phase_traj_ros.core import (
     CodeSource,
@@ -161,6 +162,17 @@ def test_a_motorway_in_small_pictures_at_ten_hertz_is_measured():
                for frame, stamp in zip(render_drive(drive), drive.stamps_ns.tolist())]
     assert {update.travel.state for update in updates[1:]} == {TravelState.MEASURED}
     assert estimator.way.distance == pytest.approx(3.5 * (len(updates) - 1), rel=0.015)
+
+
+def test_the_edges_of_a_motorway_do_not_stop_a_fast_vehicle():
+    """They look the same at any speed, as does the whole scene, and few blocks see more."""
+    camera, stamps, frames = motorway.driven(grain=0.04, seconds=4.0, speed=20.0, rate_hz=6)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        code_source=CodeSource.AUTO, lens=Lens(hfov_deg=70), camera_height=camera.above_ground))
+    for frame, stamp in zip(frames, stamps):
+        estimator.update(frame, stamp)
+    assert estimator.way.distance == pytest.approx(
+        20.0 * (stamps[-1] - stamps[0]) / S, rel=0.02)
 
 
 @pytest.mark.parametrize('rate_hz', [10, 30])

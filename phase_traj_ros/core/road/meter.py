@@ -355,8 +355,12 @@ class RoadMeter:
             # A vehicle that turns on the spot, or a pattern that is fixed to it, which a later
             # frame tells apart.
             return self.speed_filter.bridge(interval, self._measured, turns=True)
-        return self._standstill.halt(interval, self._measured, rests=(
-            key.agreement > TUNING.resting_agreement and self._view.patches[0].has_moved))
+        near = self._view.patches[0]
+        rests = key.agreement > TUNING.resting_agreement and near.has_moved
+        if self.speed_filter.least > 0.0 and not (rests or near.rests()):
+            # The edges of a straight road look the same at any speed.
+            return self._bridge_keyframe(interval)
+        return self._standstill.halt(interval, self._measured, rests=rests)
 
     def _travel(self, agreeing: list[RoadSlide], interval: float) -> Travel:
         """Return the distance of the newest pair, from the slides since the keyframe."""
