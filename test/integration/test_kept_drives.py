@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the node saves of a drive, and when."""
 
+import gc
 import json
 from threading import Event, Timer
 
@@ -119,6 +120,7 @@ def busy(domain, tmp_path, request):
     rclpy.init(args=['--ros-args', '-p', f'output_dir:={tmp_path}'])
     node, executor, written = PhaseTrajNode(), SingleThreadedExecutor(), Event()
     executor.add_node(node)
+    shown = [node, executor]
     try:
         for index in range(3):
             node._work._on_frame(StampedFrame(
@@ -133,12 +135,17 @@ def busy(domain, tmp_path, request):
             if writer._work_queue.qsize():
                 break
             executor.spin_once(timeout_sec=0.05)
-        yield node, executor, answer, written
+        shown += [answer, written]
+        yield shown
     finally:
         written.set()
         executor.shutdown()
         node.destroy_node()
         rclpy.shutdown()
+        # Its participant would stay in the domain, for the next test in this process.
+        shown.clear()
+        node = executor = client = answer = writer = None
+        gc.collect()
 
 
 def test_images_are_taken_while_a_drive_is_written(busy):

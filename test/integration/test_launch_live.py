@@ -9,7 +9,9 @@ import shutil
 import signal
 import subprocess
 import sys
+from threading import Timer
 
+from live import TIMEOUT_S
 import pytest
 
 
@@ -62,10 +64,14 @@ class Launched:
             text=True, start_new_session=True)
         STARTED.append(self.process)
         self.text = ''
+        # A launch that hangs is ended, and its output too.
+        limit = Timer(TIMEOUT_S, os.killpg, (self.process.pid, signal.SIGKILL))
+        limit.start()
         for line in self.process.stdout:
             self.text += line
             if self.text.count(RUNS) == nodes or 'Caught exception' in line:
                 break
+        limit.cancel()
 
     def ends(self):
         """Press Ctrl-C; return the exit status."""
