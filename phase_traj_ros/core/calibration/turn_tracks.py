@@ -114,11 +114,13 @@ class TurnTracker:
             finished = self.finish()
             self._reverses = reverses
             return finished
-        kept = math.exp(-interval / TUNING.turn_speed_time_s)
-        self._rate = kept * self._rate + (1.0 - kept) * shift_px / interval
+        kept, before = math.exp(-interval / TUNING.turn_speed_time_s), self._rate
+        self._rate = kept * before + (1.0 - kept) * shift_px / interval
         rate = abs(self._rate) / width
         self._fastest = rate if self._stretch is None else max(rate, self._fastest)
-        if rate < max(TUNING.min_turn_speed, TUNING.ended_share * self._fastest):
+        # The mean may pass 0 between two frames.
+        turns_back = self._stretch is not None and before * self._rate < 0.0
+        if turns_back or rate < max(TUNING.min_turn_speed, TUNING.ended_share * self._fastest):
             self._lasted = 0.0
             return self.finish()
         self._lasted += interval
