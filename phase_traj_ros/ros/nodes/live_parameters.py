@@ -65,7 +65,7 @@ class LiveParameters:
             if not self._node.has_parameter(name):
                 log.warning(
                     explained(self._node, name) if is_policy else
-                    f'{unknown_parameter(name)}; the given value has no effect')
+                    f'a given value has no effect, as {unknown_parameter(name)}')
             elif is_policy:
                 own.append(f'{name} {parameter.value!r}')
         files = ', '.join(map(str, self._files)) or 'no parameter file'
