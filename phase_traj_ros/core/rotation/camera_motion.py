@@ -210,6 +210,8 @@ class _Equations:
         self._shift = points[:2]
         self._azimuth, self._y, self._weight, self._precise = points[2:]
         self._variance, self._least = variance, least
+        # 1 for a course that is known as on a straight, towards 0 in a turn.
+        self._certainty = min(TUNING.course_deviation ** 2 * trust[_B, _B] / variance, 1.0)
         # Effect of each unknown on each point, (6, 3, N): to the right, down, and along the line
         # on which the distance of the point moves it. The last row is the residual.
         y = self._y
@@ -225,7 +227,7 @@ class _Equations:
         """
         Improve the state by steps of the Gauss-Newton method; return False if it is undetermined.
 
-        The weights are 1 / (1 + error / variance), to this power.
+        The weights are 1 / (1 + error / variance), to this power, and less for what recedes.
         """
         for _ in range(steps):
             self._linearise(self.state, power)
@@ -264,13 +266,18 @@ class _Equations:
         self.squared = _dot(along, along) + self._least
         near = _dot(unrotated, along) / self.squared
         passes = self.sign * near > 0.0
+        # What recedes on a straight is other traffic, such as vehicles that overtake on one side,
+        # where they would seem to be a turn. Beside a course that is not known, points that the
+        # camera passes seem to recede, too.
+        against = np.where(passes, 0.0, self._certainty * near * near * self.squared)
         near *= passes
         terms[_ERROR, :2] = unrotated - near * along
         self.error = _dot(terms[_ERROR, :2], unrotated)
         """Squared error of each point, in square radians, ..."""
         self.near = near
         """...its q, of this sign or 0, ..."""
-        factor[:2] = self.robust = self._precise * (1.0 + self.error / self._variance) ** -power
+        factor[:2] = self.robust = self._precise * (
+            1.0 + self.error / self._variance) ** -power / (1.0 + against / self._variance)
         """...and its weight, (N,)."""
         # The component along the line determines the distance of the point only.
         np.divide(self.robust * passes, -self.squared, out=factor[2])
