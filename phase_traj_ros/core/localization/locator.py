@@ -89,10 +89,13 @@ class MapLocator:
         Take the next step of the odometry; return the estimate after it.
 
         The filter is updated every 5 m, by parts of a longer step. The steps in between displace
-        its last result.
+        its last result. A step of more than a kilometre counts as an interruption.
         """
-        longest = self._settings.moved_m / self._scale.middle
-        strides = math.ceil(min(abs(step.distance), longest) / self._reckoning.stride)
+        if abs(step.distance) * self._scale.middle > self._settings.moved_m:
+            # The turns on the way are unknown.
+            self.interrupt(math.inf, turn=math.pi)
+            return self._estimate(step.stamp_ns)
+        strides = math.ceil(abs(step.distance) / self._reckoning.stride)
         for part in step.parts(max(strides, 1)):
             stride = self._reckoning.add(part)
             if stride is None:

@@ -114,7 +114,8 @@ class Motions:
             variance = deviation ** 2 * (self._unknown_s ** 2 - begun_s ** 2)
             if self._unknown_s > _SPEED_LASTS:
                 before = (Interruption(_FASTEST * self._unknown_s, 0.0),)
-                self._unknown_s = 0.0
+                # The interruption covers this pair, too.
+                self._unknown_s = distance = variance = 0.0
         else:
             self._unknown_s = 0.0
             self._speed = distance / seconds if seconds > 0.0 else self._speed

@@ -5,7 +5,7 @@
 import math
 
 import numpy as np
-from phase_traj_ros.core import LocatorSettings, MapLocator, Prior, RoadMap
+from phase_traj_ros.core import LocatorSettings, MapLocator, OdometryStep, Prior, RoadMap
 from phase_traj_ros.core.localization.filter.resampling import merged
 import pytest
 from streets import claimed, drive, errors, follow, located, on_map, steps_of, Town
@@ -41,6 +41,19 @@ def test_a_new_drive_that_begins_elsewhere_is_found(town, poses):
     assert 0 < located(after) < 700
     wrong = errors(after, other)[[each.claimed for each in after]]
     assert np.median(wrong) < 5.0
+
+
+def test_a_step_of_kilometres_is_an_interruption(town, poses):
+    after = []
+    for skip in (
+            lambda locator: locator.update(OdometryStep(stamp_ns=0, distance=5e3, yaw=0.1)),
+            lambda locator: locator.interrupt(math.inf, turn=math.pi)):
+        locator, steps = on_map(town), steps_of(poses, seed=1)
+        before = follow(locator, steps[:400])[-1]
+        skip(locator)
+        after.append(locator.update(steps[400]))
+        assert before.claimed and not after[-1].claimed
+    assert after[0] == after[1]
 
 
 def test_a_short_gap_keeps_the_place(town, poses):

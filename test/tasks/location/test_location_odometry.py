@@ -117,10 +117,12 @@ def test_an_unknown_distance_is_bridged_for_seconds():
     # The speed is off by a half, for all three pairs alike.
     assert sum(step.distance_variance for [step] in bridged) == pytest.approx(1.5 ** 2)
     assert len(after) == 1
-    lost = [each for number in range(5, 150) for each in motions.of(pair(number, distance=None))
-            if isinstance(each, Interruption)]
+    unknown = [motions.of(pair(number, distance=None)) for number in range(5, 150)]
+    lost = [each for each, *step in unknown if step]
     # Every five seconds, so that a place is not told for longer.
     assert len(lost) == 2 and all(each.turn == 0.0 and each.distance >= 50.0 for each in lost)
+    # What an interruption covers is not added to it.
+    assert [step[0].distance for _, *step in unknown if step] == [0.0, 0.0]
     [step] = motions.of(pair(150))
     assert step.distance == 1.0
 
