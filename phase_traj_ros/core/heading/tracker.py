@@ -88,6 +88,8 @@ class HeadingTracker:
         """Multiply all angles so far by a factor, to correct them."""
         self.heading *= factor
         self._bridged_yaw *= factor
+        self._variance *= factor * factor
+        self._variance_rate *= factor * factor
         self._agility.scale(factor)
         self._rate = None if self._rate is None else self._rate * factor
         self._rejected = None

@@ -103,11 +103,10 @@ class VisualCompass:
         if measurement is None:
             step = self.tracker.update(None, interval)
         else:
-            yaw = measurement.yaw
+            yaw, tilt = measurement.yaw, self.camera.tilt
             step = self.tracker.update(
-                None if yaw is None else yaw / self.camera.tilt, interval,
-                certain=measurement.certain, variance=measurement.variance,
-                share=measurement.share)
+                None if yaw is None else yaw / tilt, interval, certain=measurement.certain,
+                variance=measurement.variance / tilt ** 2, share=measurement.share)
         turns = self._turns.update(stamp_ns, step.heading, distance, rate=step.rate, frames=frames)
         update = HeadingUpdate(
             step, tuple(turns), self._turns.quarters, self._contradicts(step.heading))

@@ -249,8 +249,8 @@ class YawCamera:
 
     @property
     def foreseen_deviation(self) -> float:
-        """Return the standard deviation in radians of a yaw that is foreseen."""
-        return TUNING.foreseen_tolerance_px / 2 / self._px_per_rad
+        """Return the standard deviation in radians of a change of the heading that is foreseen."""
+        return TUNING.foreseen_tolerance_px / 2 / self._px_per_rad / self.tilt
 
     def shift_by(self, angle: float) -> float:
         """

@@ -180,6 +180,11 @@ def test_a_corrected_scale_holds_for_the_gap_and_the_rate():
     twin, _ = follow([0.15, None])
     assert (tracker.heading, tracker.rate) == pytest.approx((twin.heading, twin.rate))
     assert tracker.update(0.2, 0.1).yaw == pytest.approx(twin.update(0.2, 0.1).yaw)
+    tracker = HeadingTracker()
+    tracker.update(0.1, 0.1, variance=0.01 ** 2)
+    tracker.scale(1.5)
+    assert tracker.deviation == pytest.approx(0.015)
+    assert tracker.foresee(0.1, 0.0).variance == pytest.approx(0.015 ** 2)
 
 
 def test_what_is_bridged_is_as_uncertain_at_any_frame_rate():

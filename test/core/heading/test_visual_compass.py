@@ -63,6 +63,17 @@ def test_a_yaw_that_goes_on_is_foreseen():
     assert seen.turns == seen.quarters == () and not seen.contradicts
 
 
+def test_what_a_tilted_camera_does_not_see_of_a_turn_is_added_with_its_error():
+    estimate = CameraEstimate(
+        width=640, height=480, focal_px=400.0, focal_deviation=0.01, pitch_deg=45.0)
+    compass = VisualCompass(YawCamera(Lens(estimate=estimate)))
+    compass.start(0)
+    measured = YawMeasurement(Shift(0.0, 0.0, 0.3), 0.02, 1.0)
+    step = compass.add(measured, TENTH, 0.1).step
+    assert step.yaw == pytest.approx(0.02 * math.sqrt(2.0))
+    assert step.variance == pytest.approx(2.0 * measured.variance)
+
+
 @pytest.mark.parametrize(('deviation', 'contradicts'), [(0.02, True), (0.6, False)])
 def test_a_direction_contradicts_the_heading_beyond_what_the_lens_explains(
         deviation, contradicts):
