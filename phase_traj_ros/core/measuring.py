@@ -104,7 +104,7 @@ class PairMeter:
         self.check(settings)
         self._format: tuple[tuple[int, ...], str, str] | None = None
         self._cuts = CutDetector()
-        self._guard = FixedGuard()
+        self._guard = FixedGuard(rotate_180=settings.view.rotate_180)
         self._road = RoadCamera(pitch_deg=settings.camera_pitch_deg)
         self._rebuild()
 
@@ -131,15 +131,16 @@ class PairMeter:
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Apply other settings, which ``check`` has accepted."""
         before, self._settings = self._settings, settings
-        if settings.code_source is not before.code_source:
-            self._guard = FixedGuard()
+        upside_down = settings.view.rotate_180
+        if (settings.code_source, upside_down) != (before.code_source, before.view.rotate_180):
+            self._guard = FixedGuard(rotate_180=upside_down)
             self._exclude()
         if (settings.view, settings.code_source) != (before.view, before.code_source):
             self._rebuild()
         elif (settings.gate, settings.stillness) != (before.gate, before.stillness):
             self._make_quality()
         if self.camera is not None:
-            self.camera.set_upside_down(settings.view.rotate_180)
+            self.camera.set_upside_down(upside_down)
 
     def reset(self) -> None:
         """Forget the newest frame: the next one becomes the first of a pair."""
@@ -187,8 +188,8 @@ class PairMeter:
         pair = self._compare(
             frame, picture, times, encoding, speed=known.speed if guards else None)
         if times.waited == 0.0:
-            if guards:
-                self._guard.start(picture)
+            if guards and self._guard.start(picture):
+                self._exclude()
             if road_camera is not None:
                 self._road.start(picture, road_camera)
             return pair

@@ -15,8 +15,10 @@ from phase_traj_ros.core import (
     EstimatorSettings,
     Lens,
     PairStatus,
+    PathSource,
     StillnessSettings,
     TrajectoryEstimator,
+    View,
 )
 from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
@@ -115,6 +117,17 @@ def test_a_horizon_that_does_not_move_is_neither_dirt_nor_a_stop(grain, lens, se
         _, updates, _ = followed(
             shown, lens=lens, period_ns=40_000_000, stillness=StillnessSettings())
         assert statuses(updates)[PairStatus.OK] < 14
+
+
+@pytest.mark.parametrize('upside_down', [False, True])
+def test_a_horizon_is_above_the_road_however_the_camera_is_mounted(upside_down):
+    frames = motorway.driven(grain=0.03, seconds=4.0)[2]
+    if upside_down:
+        frames = [np.ascontiguousarray(frame[::-1, ::-1]) for frame in frames]
+    _, updates, _ = followed(
+        frames, period_ns=40_000_000, stillness=StillnessSettings(), path_from=PathSource.CODES,
+        view=View(rotate_180=upside_down))
+    assert statuses(updates)[PairStatus.OK] == len(updates)
 
 
 @pytest.mark.parametrize('rate_hz', [10, 60])

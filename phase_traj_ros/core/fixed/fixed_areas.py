@@ -28,8 +28,9 @@ class FixedAreas:
     Starts without knowledge and needs some seconds of driving. Learned areas fade as quickly.
     """
 
-    def __init__(self) -> None:
-        """Make a detector that has seen no frame."""
+    def __init__(self, *, rotate_180: bool = False) -> None:
+        """Make a detector that has seen no frame; ``rotate_180`` if they are upside down."""
+        self._down = -1 if rotate_180 else 1
         self._allocate((1, 1))
 
     def interrupt(self) -> None:
@@ -161,9 +162,9 @@ class FixedAreas:
 
     def _only_horizon_remains(self, since: Plane) -> bool:
         # Edges do not count: along a straight road, lane markings do not move either.
-        before, now = (self._open_share * self._corners(since, gradients)
-                       for gradients in (since, self._samples.gradients))
-        remaining, structure = now.sum(axis=1), before.sum(axis=1)
+        structure, remaining = (
+            (self._open_share * self._corners(since, gradients)).sum(axis=1)[::self._down]
+            for gradients in (since, self._samples.gradients))
         rows = len(structure)
         road = round((1.0 - TUNING.road_share) * rows)
         if remaining[road:].sum() >= TUNING.road_unchanged_share * structure[road:].sum():

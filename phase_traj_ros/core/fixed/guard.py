@@ -33,22 +33,19 @@ class Findings:
 class FixedGuard:
     """Detects the fixed areas of a drive, and what they explain."""
 
-    def __init__(self) -> None:
-        """Make a guard that has seen no frame."""
-        self._areas = FixedAreas()
+    def __init__(self, *, rotate_180: bool = False) -> None:
+        """Make a guard that has seen no frame; ``rotate_180`` if they are upside down."""
+        self._areas = FixedAreas(rotate_180=rotate_180)
+        self.excluded: NDArray[np.uint8] | None = None
+        """Mask of the fixed areas to leave out, (H, W): 0 where fixed; None if nothing is."""
 
     def interrupt(self) -> None:
         """Do not compare the next frame with earlier ones; fixed areas stay known."""
         self._areas.interrupt()
 
-    @property
-    def excluded(self) -> NDArray[np.uint8] | None:
-        """Return the mask of the fixed areas, (H, W): 0 where fixed; None if nothing is."""
-        return self._areas.weights() if self._excludes else None
-
-    def start(self, picture: Frame) -> None:
-        """Take the first frame of a drive, (H, W)."""
-        self._add(picture, None, 0.0)
+    def start(self, picture: Frame) -> bool:
+        """Take the first frame of a pair, (H, W); return whether ``excluded`` has changed."""
+        return self._add(picture, None, 0.0)
 
     def examine(
         self, picture: Frame, yaw: YawMeasurement | None, quality: Quality | None,
@@ -77,13 +74,17 @@ class FixedGuard:
 
     def _add(self, picture: Frame, shift: Shift | None, interval: float) -> bool:
         """Take the next frame; return whether ``excluded`` has changed."""
+        before = self.excluded
+        if before is not None and before.shape != picture.shape:
+            self.excluded = None
         if shift is None:
             self._areas.interrupt()
-            return self._areas.update(picture, 0.0)
-        before = self._excludes
-        # If too little of the image would remain, the mask stays as it was.
-        changed = self._areas.update(picture, interval, turned=shift.dx) and self._areas.sufficient
-        return changed and (before or self._excludes)
+            self._areas.update(picture, 0.0)
+        elif self._areas.update(picture, interval, turned=shift.dx) and self._areas.sufficient:
+            # If too little of the image would remain, the mask stays as it was.
+            self.excluded = (
+                self._areas.weights() if self._areas.share >= TUNING.min_masked else None)
+        return self.excluded is not before
 
     def _stands(self, yaw: YawMeasurement | None, interval: float, before: float) -> bool:
         """
@@ -111,7 +112,3 @@ class FixedGuard:
         # On an open road and above a long bonnet, few blocks move.
         return (self._areas.sufficient and abs(speed or 0.0) > TUNING.min_speed
                 and yaw.agreement >= TUNING.sliding_agreement)
-
-    @property
-    def _excludes(self) -> bool:
-        return self._areas.share >= TUNING.min_masked
