@@ -218,7 +218,9 @@ class _Stretch:
         for position in np.rint(self._points).astype(int).tolist():
             cv2.circle(free, position, self._apart, 0, -1)
         wanted = TUNING.points - len(self._points)
-        if wanted > TUNING.points // 10:
+        # The centre of a corner is searched within twice its radius, and 5 pixels.
+        large = min(self._picture.shape) >= 2 * TUNING.centre_px + 5
+        if large and wanted > TUNING.points // 10:
             found = cv2.goodFeaturesToTrack(
                 self._picture, wanted, TUNING.corner_quality, self._apart, mask=free)
             new: Places = np.zeros((0, 2), np.float32)

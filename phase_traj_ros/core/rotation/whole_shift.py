@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
-from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
+from phase_traj_ros.core.correlation.phase_correlation import MIN_SIDE, PhaseCorrelator, Shift
 from phase_traj_ros.core.correlation.view import View
 from phase_traj_ros.core.rotation.tuning import TUNING
 
@@ -21,7 +21,9 @@ class WholeShift:
 
     def __init__(self, projection: CylinderProjection, mask: NDArray[np.float32] | None) -> None:
         """Make a meter; ``mask`` is the weight of each pixel of the cylinder, 0 to 1, or None."""
-        self._view = View(decimation=2 if projection.px_per_rad > TUNING.shift_px_per_rad else 1)
+        halved = (projection.px_per_rad > TUNING.shift_px_per_rad
+                  and min(projection.shape) >= 2 * MIN_SIDE)
+        self._view = View(decimation=2 if halved else 1)
         self.correlator = PhaseCorrelator(mask=None if mask is None else self._view.of(mask))
         """Correlator of the pictures, reduced."""
 

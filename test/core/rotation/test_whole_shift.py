@@ -26,6 +26,14 @@ def test_shifts_are_in_pixels_of_the_cylinder_at_either_size(focal_px):
     assert whole.significance(beside) < whole.significance(found) / 2
 
 
+def test_frames_of_a_few_rows_are_not_halved():
+    projection = CylinderProjection(CameraModel.pinhole((9, 620), 380.0))
+    whole = WholeShift(projection, None)
+    first, second = pair(projection.shape, 4.0, 0.0)
+    assert whole.update(first) is None
+    assert whole.update(second).dx == pytest.approx(4.0, abs=0.3)
+
+
 @pytest.mark.parametrize(('shift', 'moves', 'significance', 'expected'), [
     ((0.3, -0.4), False, 20.0, (0.3, -0.4)),
     # A pattern that is fixed to the camera does not move with the scene.
