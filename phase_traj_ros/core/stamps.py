@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Decides which frames of a stream are used, by their stamps alone, live and offline alike."""
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 import math
@@ -39,7 +40,8 @@ class StampGate(Generic[_FrameT]):
         self.dropped = 0
         """Number of frames dropped so far because their stamp is late or an outlier."""
         self._newest_ns: int | None = None
-        self._interval_ns = 0
+        # The newest two: one may be a gap.
+        self._intervals_ns: deque[int] = deque(maxlen=2)
         self._held: Passed[_FrameT] | None = None
 
     def push(self, frame: _FrameT, stamp_ns: int) -> Iterator[Passed[_FrameT]]:
@@ -54,7 +56,8 @@ class StampGate(Generic[_FrameT]):
             return
         yield from self._settle(stamp_ns)
         step_ns = None if self._newest_ns is None else stamp_ns - self._newest_ns
-        longest_ns = max(TUNING.jump_ns, TUNING.jump_intervals * self._interval_ns)
+        usual_ns = min(self._intervals_ns, default=0)
+        longest_ns = max(TUNING.jump_ns, TUNING.jump_intervals * usual_ns)
         if step_ns is None or 0 < step_ns <= longest_ns:
             yield self._use(Passed(frame, stamp_ns))
         elif step_ns == 0:
@@ -62,7 +65,7 @@ class StampGate(Generic[_FrameT]):
         elif -TUNING.jump_ns <= step_ns < 0:
             self.dropped += 1
         else:
-            clock_set = self._interval_ns == 0 and step_ns > TUNING.clock_set_ns
+            clock_set = not self._intervals_ns and step_ns > TUNING.clock_set_ns
             self._held = Passed(frame, stamp_ns, restarts=step_ns < 0 or clock_set)
 
     def finish(self) -> Iterator[Passed[_FrameT]]:
@@ -81,8 +84,9 @@ class StampGate(Generic[_FrameT]):
             self.dropped += 1
 
     def _use(self, passed: Passed[_FrameT]) -> Passed[_FrameT]:
-        before_ns = self._newest_ns
-        self._interval_ns = (
-            0 if before_ns is None or passed.restarts else passed.stamp_ns - before_ns)
+        if self._newest_ns is None or passed.restarts:
+            self._intervals_ns.clear()
+        else:
+            self._intervals_ns.append(passed.stamp_ns - self._newest_ns)
         self._newest_ns = passed.stamp_ns
         return passed

@@ -64,6 +64,12 @@ def test_a_stray_stamp_costs_its_frame_only(bad_s: float) -> None:
     assert counts == (0, 1)
 
 
+def test_a_stray_stamp_after_a_gap_costs_its_frame_only() -> None:
+    stamps = [*_drive(5.0), *_drive(65.0)]
+    used, restarts, counts = _run([*stamps[:11], 150.0, *stamps[11:]])
+    assert (used, restarts, counts) == (stamps, [], (0, 1))
+
+
 def test_a_stray_stamp_at_the_end_is_used_only_if_it_is_ahead() -> None:
     good = _drive(_EPOCH_S)
     assert _run([*good, 0.0])[0] == good
