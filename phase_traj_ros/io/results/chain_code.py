@@ -20,6 +20,7 @@ from phase_traj_ros.core import (
     LinkCode,
     Movement,
     pack,
+    PairStatus,
     Run,
     TrajectoryEstimator,
     Way,
@@ -67,9 +68,10 @@ def write_chain_code(result: Replay, path: Path) -> None:
 def _heading_content(result: Replay) -> dict[str, Any]:
     """Return heading, turns and camera; empty if the heading is not measured."""
     headings = np.fromiter((
-        (update.heading.heading, update.heading.bridged)
+        (update.heading.heading, update.heading.bridged,
+         update.status is not PairStatus.REPEATED and update.heading.foreseen == 0.0)
         for update in result.updates if update.heading is not None),
-        np.dtype((np.float64, 2)))
+        np.dtype((np.float64, 3)))
     if not len(headings):
         return {}
     return {
@@ -80,7 +82,7 @@ def _heading_content(result: Replay) -> dict[str, Any]:
         'camera': result.camera,
         'speed': result.parameters.speed,
         'heading_deg': [0.0, *(round(each, 4) for each in np.degrees(headings[:, 0]).tolist())],
-        'bridged_share': float(headings[:, 1].mean()),
+        'bridged_share': float(headings[:, 1].sum() / max(headings[:, 2].sum(), 1.0)),
         'turns': _turn_list(result.turns),
         'field_of_view': result.field_of_view,
     }

@@ -3,6 +3,7 @@
 """The table of shifts: a row per pair holds all that was measured."""
 
 import csv
+from dataclasses import replace
 import json
 
 from far_scene import turned_drive
@@ -52,6 +53,18 @@ def test_heading_yaw_and_what_was_bridged(drive, tmp_path, code_source):
     assert len(bridged) == round(content['bridged_share'] * len(rows))
     assert {row['bridged'] for row in rows} == {'0', '1'}
     np.testing.assert_allclose(np.degrees(read_replay(tmp_path).heading)[1:], heading)
+
+
+def test_repeated_pictures_are_no_share_of_what_was_bridged(drive, tmp_path):
+    twice = [
+        replace(frame, stamp_ns=frame.stamp_ns + later) for frame in drive[1]
+        for later in (0, 4 * 10**7)]
+    rows = written((None, twice), tmp_path, focal_px=drive[0].fx, code_source='heading')
+    content = json.loads((tmp_path / 'chain_code.json').read_text())
+    others = [row['bridged'] for row in rows if row['status'] != 'repeated']
+    assert len(others) < 0.6 * len(rows)
+    assert '1' in others
+    assert content['bridged_share'] == pytest.approx(others.count('1') / len(others))
 
 
 @pytest.mark.parametrize(('values', 'unit'), [
