@@ -268,8 +268,9 @@ class _Equations:
         passes = self.sign * near > 0.0
         # What recedes on a straight is other traffic, such as vehicles that overtake on one side,
         # where they would seem to be a turn. Beside a course that is not known, points that the
-        # camera passes seem to recede, too.
-        against = np.where(passes, 0.0, self._certainty * near * near * self.squared)
+        # camera passes seem to recede, too, and by less than a deviation, all points may.
+        against = np.where(passes, 0.0, near * near * self.squared / self._variance)
+        against *= self._certainty * against / (1.0 + against)
         near *= passes
         terms[_ERROR, :2] = unrotated - near * along
         self.error = _dot(terms[_ERROR, :2], unrotated)
@@ -277,7 +278,7 @@ class _Equations:
         self.near = near
         """...its q, of this sign or 0, ..."""
         factor[:2] = self.robust = self._precise * (
-            1.0 + self.error / self._variance) ** -power / (1.0 + against / self._variance)
+            1.0 + self.error / self._variance) ** -power / (1.0 + against)
         """...and its weight, (N,)."""
         # The component along the line determines the distance of the point only.
         np.divide(self.robust * passes, -self.squared, out=factor[2])
