@@ -67,7 +67,9 @@ class Command:
     def add_to(self, commands: Any) -> ArgumentParser:
         """Add the parser of this command to the subparsers; return it."""
         parser: ArgumentParser = commands.add_parser(
-            self.name, description=self.summary[0].upper() + self.summary[1:] + '.',
+            # Without a help text, completion in the shell would leave the command out.
+            self.name, help=self.summary,
+            description=self.summary[0].upper() + self.summary[1:] + '.',
             epilog=f'example:\n  {self.example}\n{self.epilog.rstrip()}',
             formatter_class=RawDescriptionHelpFormatter)
         return parser

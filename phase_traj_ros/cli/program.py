@@ -3,6 +3,7 @@
 """The parser of the program, with its commands grouped by task."""
 
 from argparse import Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Generator
 from types import ModuleType
 from typing import Any, NoReturn
 
@@ -38,6 +39,13 @@ class _Parser(ArgumentParser):
             EXIT_BAD_INPUT, f'{self.prog}: error: {escaped(message)}: see {self.prog} --help\n')
 
 
+class _Overview(RawDescriptionHelpFormatter):
+    """Leaves out the list of commands, which the epilog has by task."""
+
+    def _iter_indented_subactions(self, action: Action) -> Generator[Action, None, None]:
+        yield from ()
+
+
 class _CommandParser(_Parser):
     """Refuses unknown options itself, to name the help of the command."""
 
@@ -68,7 +76,7 @@ def program_parser() -> ArgumentParser:
     """Return the parser of the whole command line."""
     parser = _Parser(
         prog='phase_traj', description='Chain codes of a trajectory from a forward camera.',
-        epilog=_overview(), formatter_class=RawDescriptionHelpFormatter)
+        epilog=_overview(), formatter_class=_Overview)
     parser.add_argument(
         '--version', action=_Version, nargs=0,
         help='show the version and the library of the transforms, and exit')

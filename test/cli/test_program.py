@@ -31,6 +31,13 @@ def test_help_has_every_command_once_by_task_with_an_example():
             assert block.index(command.summary) < block.index(command.example)
 
 
+def test_completion_in_the_shell_finds_every_command():
+    # The program shtab takes the commands from this list.
+    [commands] = program_parser()._subparsers._group_actions
+    assert {each.dest: each.help for each in commands._choices_actions} == {
+        each.name: each.summary for each in COMMANDS}
+
+
 @pytest.mark.parametrize('command', COMMANDS, ids=lambda command: command.name)
 def test_example_is_a_call_that_the_parser_takes(command):
     program, *arguments = shlex.split(command.example.split('>')[0])
