@@ -20,7 +20,7 @@ INTRODUCTION = """\
 This page lists the commands of `phase_traj`, their arguments and their options. It is generated
 from the parser; `phase_traj COMMAND --help` prints the same. An error prints one line
 and exits with status 2. A signal exits with 128 and its number: 130 for Ctrl-C, 143 for SIGTERM.
-While `play` waits for a subscriber or publishes, these two end it in order, with status 0.
+While `play` waits for a subscriber or publishes, a signal ends it in order, with status 0.
 If the reader of the output closes it, the work is finished, and the status is 141."""
 
 

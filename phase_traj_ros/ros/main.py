@@ -9,7 +9,7 @@ from phase_traj_ros.ros.startup.signals import stop_on_signals
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM; return the exit status."""
+    """Run the node until SIGINT, SIGTERM or SIGHUP; return the exit status."""
     with stop_on_signals() as stop:
         # Imported here: the imports take a second, and a signal may arrive meanwhile.
         from phase_traj_ros.ros.nodes.run import run

@@ -358,7 +358,7 @@ def test_a_signal_in_mid_callback_ends_the_node_in_order(live):
         live.until(lambda: camera.get_subscription_count() == 0)
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_while_idle_ends_the_node_in_order(live, number):
     process = live.start()
     live.until_said('listening to /image')

@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Converts SIGINT and SIGTERM to an event, from the start of the process to its end.
+Converts SIGINT, SIGTERM and SIGHUP to an event, from the start of the process to its end.
 
 The imports of this module are fast, so that an executable can call it first.
 """
@@ -15,13 +15,15 @@ from threading import Event
 @contextmanager
 def stop_on_signals() -> Iterator[Event]:
     """
-    Yield the event that SIGINT and SIGTERM set.
+    Yield the event that SIGINT, SIGTERM and SIGHUP set.
 
     Once it is set, further signals are ignored, even after the block: the process is ending, and
     a second Ctrl-C must not turn this into a failure.
     """
     stop = Event()
-    numbers = (signal.SIGINT, signal.SIGTERM)
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # As nohup does.
+        numbers.append(signal.SIGHUP)
 
     def ignore(*_: object) -> None:
         """Do nothing; for SIG_IGN, Python reports an error if a signal has already arrived."""

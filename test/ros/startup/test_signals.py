@@ -8,7 +8,7 @@ from phase_traj_ros.cli.ending import handle_signals, raise_ended
 from phase_traj_ros.ros.startup.signals import stop_on_signals
 import pytest
 
-NUMBERS = (signal.SIGINT, signal.SIGTERM)
+NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @pytest.fixture(autouse=True)
@@ -62,3 +62,10 @@ def test_without_a_signal_the_handlers_are_those_of_before(handlers):
     with stop_on_signals() as stop:
         assert not stop.is_set()
     assert {number: signal.getsignal(number) for number in NUMBERS} == handlers
+
+
+def test_after_nohup_the_end_of_the_terminal_stays_ignored():
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    with stop_on_signals() as stop:
+        signal.raise_signal(signal.SIGHUP)
+        assert not stop.is_set()
