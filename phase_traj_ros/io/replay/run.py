@@ -74,6 +74,8 @@ class Replay:
     """How many frames the source has, as far as it is known."""
     unused_calibration: str = ''
     """Why the calibration in the source is not used; empty if it is, or there is none."""
+    unused_speeds: str = ''
+    """Why none of the speeds is used; empty if one is, or none is asked for."""
     first_skipped: str = ''
     """The first frame that was skipped, and why; empty if there is none."""
 
@@ -88,7 +90,9 @@ class Replay:
         unused = self.unused_calibration and (
             f'the calibration is not used: {self.unused_calibration}')
         return tuple(
-            each for each in (self.source_frames.problem, unused, *self.mounting.doubts) if each)
+            each for each in (
+                self.source_frames.problem, unused, self.unused_speeds, *self.mounting.doubts)
+            if each)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -177,7 +181,8 @@ def replay(
             f'{source} does not contain a calibration, and a focal length is required:'
             ' give focal_px or hfov_deg, or code_source auto')
     # All at once, sorted by stamp: in a bag they may be late or repeated.
-    for speed in sorted(speeds, key=lambda each: each.stamp_ns):
+    given = sorted(speeds, key=lambda each: each.stamp_ns)
+    for speed in given:
         estimator.add_speed(speed.stamp_ns, speed.speed)
     updates = KeptUpdates()
     numbers = array('q')
@@ -202,6 +207,12 @@ def replay(
                 first_skipped = first_skipped or described(outcome)
     if not updates:
         raise SourceError(f'{source}: {too_few(estimator, first_skipped)}')
+    unused_speeds = ''
+    if parameters.use_speed_topic and not estimator.way.states[TravelState.GIVEN]:
+        known = 'none is valid' if not given else (
+            f'{len(given)} from {given[0].stamp_ns / 1e9:.3f} to {given[-1].stamp_ns / 1e9:.3f} s,'
+            f' images from {first_stamp_ns / 1e9:.3f} to {updates[-1].stamp_ns / 1e9:.3f} s')
+        unused_speeds = f'no speed for the stamp of an image ({known})'
     heading = estimator.heading
     under_way = [] if heading is None else heading.finish()
     found = Replay(
@@ -210,7 +221,7 @@ def replay(
         reliability=estimator.reliability.of_drive, threshold_hint=estimator.threshold_hint,
         way=estimator.way, links=estimator.links,
         frame_numbers=None if _UNKNOWN in numbers else numbers,
-        first_skipped=first_skipped)
+        unused_speeds=unused_speeds, first_skipped=first_skipped)
     if heading is None:
         return found
     camera = heading.camera

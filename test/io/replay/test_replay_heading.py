@@ -177,6 +177,18 @@ def test_speeds_that_come_as_it_drives():
     assert list(late.updates) == list(result.updates)
 
 
+@pytest.mark.parametrize(('speeds', 'found'), [
+    ([], 'none is valid'),
+    ([Speed(10**12, 5.0), Speed(2 * 10**12, 5.0)],
+     '2 from 1000.000 to 2000.000 s, images from {first:.3f} to {last:.3f} s')])
+def test_speeds_of_another_clock_are_said_to_be_unused(speeds, found):
+    drive, frames = demo()
+    parameters = Parameters(focal_px=float(drive.camera.focal), use_speed_topic=True)
+    result = replay(frames[:11], parameters, source='another clock', speeds=speeds)
+    found = found.format(first=frames[0].stamp_ns / 1e9, last=frames[10].stamp_ns / 1e9)
+    assert f'no speed for the stamp of an image ({found})' in result.warnings
+
+
 def test_what_stands_still_does_not_go_on_at_a_constant_speed():
     drive, frames = demo()
     still = [
