@@ -28,6 +28,7 @@ AnyNode = TypeVar('AnyNode', bound=Node)
 
 _POLL_S = 0.2
 _PARAMS_FILE = 'params file'
+_NO_LOG = 'failed to initialize logging: '
 # What to write, by what rcl calls the argument.
 _WRITE = {
     'remap rule': "write '-r FROM:=TO' with valid names, as in '-r image:=/camera/image_raw'",
@@ -45,14 +46,14 @@ def ros_context(arguments: Sequence[str]) -> Iterator[None]:
     Raises
     ------
     ParameterError
-        ROS cannot parse the arguments.
+        ROS cannot parse the arguments, or cannot make its log folder.
 
     """
     try:
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
         yield
     except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
-        if rclpy.ok():
+        if rclpy.ok() and _NO_LOG not in str(error):
             raise
         raise ParameterError(_explained(str(error))) from None
     finally:
@@ -60,9 +61,12 @@ def ros_context(arguments: Sequence[str]) -> Iterator[None]:
 
 
 def _explained(message: str) -> str:
-    """Return what is wrong with the ROS arguments, and what to write instead."""
+    """Return what is wrong with the ROS arguments or the log folder, and what to do."""
     # The rest of the message is the position in the C sources.
     reason = ' '.join(message.split(', at /')[0].split())
+    if reason.startswith(_NO_LOG):
+        return (f'ROS cannot log: {reason.removeprefix(_NO_LOG)}: set ROS_LOG_DIR or HOME to a'
+                ' folder that can be written')
     unknown = re.match(r"\['([^']*)'", reason)
     if unknown:
         return (f'{unknown[1]!r} is not a ROS argument: a topic is remapped by'

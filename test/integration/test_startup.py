@@ -47,6 +47,12 @@ def test_what_makes_no_sense_is_refused_in_a_line(capfd, arguments, message):
     check_line(capfd.readouterr().err, message)
 
 
+def test_a_log_folder_that_cannot_be_made_is_said_in_a_line(capfd, monkeypatch):
+    monkeypatch.setenv('ROS_LOG_DIR', '/proc/nowhere')
+    assert main([]) == 2
+    check_line(capfd.readouterr().err, 'set ROS_LOG_DIR or HOME to a folder that can be written')
+
+
 def test_a_process_ends_with_the_status_and_the_line(live):
     assert live.start(lossless=False, arguments=['--foo']).wait() == 2
     check_line(live.logs(), "unknown argument '--foo': see --help")
