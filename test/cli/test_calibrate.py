@@ -5,7 +5,10 @@
 from dataclasses import replace
 import json
 import math
+import os
 import re
+import subprocess
+import sys
 
 import cv2
 import numpy as np
@@ -63,6 +66,26 @@ def test_the_camera_is_learned_from_the_turns(bag, capsys, drives, words):
     assert abs(told['camera_pitch_deg']) < 3 and abs(told['camera_roll_deg']) < 3
     least, most = map(float, re.findall(r'90 %: ([\d.]+) to ([\d.]+)', text)[-1])
     assert least < 160 / math.tan(math.radians(HFOV / 2)) < most < 1.5 * least
+
+
+def test_the_file_is_written_where_the_output_is_full(bag, tmp_path):
+    path = tmp_path / 'camera.yaml'
+    with open('/dev/full', 'w') as full:
+        result = subprocess.run(
+            [sys.executable, '-m', 'phase_traj_ros.cli.main', 'calibrate', str(bag / 'one'),
+             '--output', str(path)],
+            stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+            env={**os.environ, 'PYTHONUNBUFFERED': '1'})
+    assert result.stderr == (
+        'phase_traj: error: cannot write to the standard output: No space left on device\n')
+    assert 'learned from 1 part of a turn' in path.read_text()
+
+
+def test_an_output_that_cannot_be_written_is_refused_before_the_work(bag, tmp_path, capsys):
+    (tmp_path / 'camera.yaml').mkdir()
+    output = ['--output', str(tmp_path / 'camera.yaml')]
+    assert main(['calibrate', str(bag / 'absent'), *output]) == 2
+    assert 'it is a directory' in capsys.readouterr().err
 
 
 def test_without_a_turn_nothing_is_written(bag, tmp_path, capsys):

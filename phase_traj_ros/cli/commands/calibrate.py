@@ -11,7 +11,8 @@ from phase_traj_ros.cli.report import progress, warn
 from phase_traj_ros.core import CameraEstimate, CameraInUse, Lens
 from phase_traj_ros.core.camera.estimate import combined
 from phase_traj_ros.errors import ParameterError, ResultError
-from phase_traj_ros.io.outputs.outputs import output_file
+from phase_traj_ros.io.outputs.commit import writing_to
+from phase_traj_ros.io.outputs.outputs import Outputs
 from phase_traj_ros.io.replay.camera import learned_lens
 from phase_traj_ros.io.results.camera_file import camera_values, write_camera
 from phase_traj_ros.io.sources.prefetch import prefetch
@@ -48,31 +49,31 @@ def run(options: Namespace) -> int:
     if options.output is not None and options.output.suffix != _SUFFIX:
         # Reported before the work.
         raise ParameterError(f'--output is {options.output}: its name has to end in {_SUFFIX}')
-    told = []
-    for path in options.sources:
-        estimate = _learn(options, path)
-        if estimate is None:
-            print(f'{path}: the camera cannot be learned from its turns')
-            continue
+    with Outputs(inputs=options.sources) as outputs:
+        # A place that cannot be written is reported before the work.
+        staged = None if options.output is None else outputs.file(options.output)
+        found = [_learn(options, path) for path in options.sources]
+        told = [estimate for estimate in found if estimate is not None]
+        try:
+            camera = combined(told) if len(told) > 1 else next(iter(told), None)
+        except ValueError as error:
+            raise ResultError(str(error)) from None
+        if staged is not None and camera is not None:
+            with writing_to(options.output):
+                write_camera(camera, staged, rotate_180=options.upside_down)
+    # After the file is complete: if the output is closed, printing raises an error.
+    for path, estimate in zip(options.sources, found):
         print(f'{path}: {_words(estimate)}')
-        told.append(estimate)
-    if not told:
+    if camera is None:
         print('the camera was not learned: give a drive with a turn of 60 degrees or more')
         return EXIT_NOT_TOLD
-    try:
-        camera = combined(told) if len(told) > 1 else told[0]
-    except ValueError as error:
-        raise ResultError(str(error)) from None
     if len(told) > 1:
         print(f'together: {_words(camera)}')
-    values = camera_values(camera)
-    for name, value in values.items():
+    for name, value in camera_values(camera).items():
         print(f'parameter: {name}: {value}')
     if options.upside_down:
         print('parameter: rotate_180: true')
     if options.output is not None:
-        with output_file(options.output, inputs=options.sources) as staged:
-            write_camera(camera, staged, rotate_180=options.upside_down)
         print(f'written to {options.output}')
     return 0
 
@@ -88,5 +89,7 @@ def _learn(options: Namespace, path: Path) -> CameraEstimate | None:
     return None if lens is None else lens.estimate
 
 
-def _words(estimate: CameraEstimate) -> str:
+def _words(estimate: CameraEstimate | None) -> str:
+    if estimate is None:
+        return 'the camera cannot be learned from its turns'
     return str(CameraInUse.of(Lens(estimate=estimate), estimate.width))

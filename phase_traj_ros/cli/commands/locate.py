@@ -22,6 +22,7 @@ from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_classes import Roads
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
 from phase_traj_ros.io.outputs.outputs import check_directory, output_directory
+from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.tasks.batch.job import replay_source
 from phase_traj_ros.tasks.location.files import CODES, LOCATION_FILES, REPORT, write_location
 from phase_traj_ros.tasks.location.odometry import DriveOdometry, odometry_of, read_odometry
@@ -100,7 +101,7 @@ def run(options: Namespace) -> int | None:
         check_directory(
             options.output, names=LOCATION_FILES, inputs=(options.map,), force=options.force)
     source: Path = options.source
-    odometry, codes = _odometry(options)
+    odometry, codes, replayed = _odometry(options)
     names = LOCATION_FILES if codes is None else (*LOCATION_FILES, CODES)
     with ExitStack() as stack:
         # A folder that cannot be written is reported before the search.
@@ -113,27 +114,29 @@ def run(options: Namespace) -> int | None:
         if directory is not None:
             write_location(located, directory, title=source.name or str(source), codes=codes)
     # After the results are complete: if the output is closed, printing raises an error.
+    if replayed is not None:
+        print_camera(replayed)
+        print_doubts(replayed)
     _print(located)
     if options.output is not None:
         print(f'written to {options.output}, see {REPORT}')
     return None if located.first_claim is not None else EXIT_NOT_KNOWN
 
 
-def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
-    """Return the odometry, and the chain_code.json that belongs to it."""
+def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None, Replay | None]:
+    """Return the odometry, its chain_code.json, and the replay that it comes from, if any."""
     source: Path = options.source
     of_results = _is_results(source)
     if of_results or (source.suffix in _TRAJECTORIES and source.is_file()):
         _refuse_replaying(options)
-        return read_odometry(source), source / CODES if of_results else None
+        return read_odometry(source), source / CODES if of_results else None, None
     request = request_of(options, source, also_read=(options.map,))
     with request.opened() as opened:
         result = replay_source(
             opened, request,
             through=over_passes(total=opened.frame_count, title=request.title))
-    print_camera(result)
-    print_doubts(result)
-    return odometry_of(result), None if options.output is None else options.output / CODES
+    codes = None if options.output is None else options.output / CODES
+    return odometry_of(result), codes, result
 
 
 def _refuse_replaying(options: Namespace) -> None:
