@@ -61,6 +61,17 @@ def test_no_place_is_an_error(made):
         distance_off(make(odometry=lost), drive)
 
 
+def test_a_full_output_is_not_blamed_on_the_folder(tmp_path, capsys, monkeypatch):
+    pytest.importorskip('rosbags')
+    drive = replace(town_drive(), camera=THIRD)
+    monkeypatch.setattr(demo, 'town_drive', lambda: drive.take(range(3)))
+    with open('/dev/full', 'w') as full:
+        monkeypatch.setattr('sys.stdout', full)
+        # The drive is too short to be found.
+        assert main(['demo', '--map', '--output', str(tmp_path / 'demo')]) == 2
+    assert 'at the end of the drive' in capsys.readouterr().err
+
+
 @pytest.mark.integration
 def test_the_demo_is_found_on_its_map(tmp_path, capsys, monkeypatch):
     pytest.importorskip('rosbags')

@@ -8,6 +8,7 @@ from dataclasses import replace
 import math
 from pathlib import Path
 
+from phase_traj_ros.cli.ending import say
 from phase_traj_ros.cli.options import add_force, Command
 from phase_traj_ros.cli.report import print_doubts, print_result, progress, turn_words
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
@@ -90,7 +91,7 @@ def run(options: Namespace) -> None:
     with output_directory(
             options.output, names=(*RESULT_NAMES, name), force=options.force) as directory:
         _render(drive, directory / name)
-        print('playing them to the node over DDS ...', flush=True)
+        say('playing them to the node over DDS ...')
         online = run_live(directory / name, frames=len(drive), values=parameters)
         offline = _replay_bag(directory / name, parameters, named=options.output / name)
         text = describe(offline.codes, frames=offline.frames, max_runs=TEXT_RUNS)
@@ -192,7 +193,7 @@ def distance_off(located: Located, drive: Drive) -> float:
 
 def _render(drive: Drive, bag: Path) -> None:
     """Render a drive to a bag."""
-    print(f'rendering {len(drive)} frames of the drive {drive.name!r} ...', flush=True)
+    say(f'rendering {len(drive)} frames of the drive {drive.name!r} ...')
     with progress(total=len(drive), title='rendering') as bar:
         write_drive_bag(drive, bag, progress=bar.update)
 
