@@ -72,6 +72,12 @@ def test_a_full_output_is_not_blamed_on_the_folder(tmp_path, capsys, monkeypatch
     assert 'at the end of the drive' in capsys.readouterr().err
 
 
+@pytest.mark.parametrize('options', [['--paper'], ['--drive', 'paper_case_1']])
+def test_options_of_another_drive_are_refused(tmp_path, capsys, options):
+    assert main(['demo', '--map', '--output', str(tmp_path / 'demo'), *options]) == 2
+    assert 'leave out --drive and --paper' in capsys.readouterr().err
+
+
 @pytest.mark.integration
 def test_the_demo_is_found_on_its_map(tmp_path, capsys, monkeypatch):
     pytest.importorskip('rosbags')

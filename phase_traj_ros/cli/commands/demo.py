@@ -13,7 +13,7 @@ from phase_traj_ros.cli.options import add_force, Command
 from phase_traj_ros.cli.report import print_doubts, print_result, progress, turn_words
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
 from phase_traj_ros.core.codes.text import describe
-from phase_traj_ros.errors import MissingDependencyError, ResultError
+from phase_traj_ros.errors import MissingDependencyError, ParameterError, ResultError
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.io.maps.write_osm import write_osm
@@ -37,6 +37,7 @@ _ORIGIN = LocalProjection(54.5, 7.0)
 # The drive is somewhere in the town: it is too short to prove that as well.
 _TOWN = Near(54.5, 7.0, 2000.0)
 _MAP = 'town.osm'
+_DRIVE = 'demo'
 # Largest distance from the true place, in metres.
 _WRONG = 15.0
 
@@ -58,7 +59,7 @@ COMMAND = Command(
 def add_options(parser: ArgumentParser) -> None:
     """Add the arguments and options of the command."""
     parser.add_argument(
-        '--drive', choices=sorted(DRIVES), default='demo',
+        '--drive', choices=sorted(DRIVES), default=_DRIVE,
         help="drive: demo, or one of the paper's two case studies (default: demo)")
     parser.add_argument(
         '--paper', action='store_true',
@@ -75,6 +76,9 @@ def add_options(parser: ArgumentParser) -> None:
 def run(options: Namespace) -> None:
     """Run the command."""
     if options.map:
+        if options.paper or options.drive != _DRIVE:
+            raise ParameterError('--map has a drive and settings of its own: leave out --drive and'
+                                 ' --paper')
         _run_on_map(options)
         return
     try:
