@@ -35,6 +35,7 @@ _ODOM, _UNSCALED = 'odom', NODE_NAME
 MAP_FRAME = 'map'
 """Frame of ~/odom_map, ~/roads and ~/candidates (REP 105): x east and y north of the datum."""
 _OF_MAP = ('map_roads', 'map_datum', 'publish_map_tf')
+_OF_LENS = ('lens_straightness', 'lens_offset')
 _GIVE_METRES = 'set camera_height or a speed, unless /tf_static gives the height'
 # Runs of each code that a live node keeps; the totals count all runs.
 _MAX_RUNS = 100_000
@@ -244,9 +245,14 @@ class Parameters:
             found.append(
                 f'no effect with code_source {settings.code_source.value}: {", ".join(unused)}'
                 " (of the paper's rule, code_source shift)")
-        unused = [spec.name for spec in self.changed if spec.name in _OF_MAP]
-        if unused and not self.map_file:
-            found.append(f'no effect without map_file: {", ".join(unused)}')
+        for needed, known, names in (
+                ('map_file', self.map_file, _OF_MAP),
+                ('focal_px or hfov_deg', settings.lens, _OF_LENS),
+                ('camera_height, unless /tf_static gives the height', self.camera_height,
+                 ('camera_height_deviation',))):
+            unused = [spec.name for spec in self.changed if spec.name in names]
+            if unused and not known:
+                found.append(f'no effect without {needed}: {", ".join(unused)}')
         if not settings.metric:
             found += [
                 f'{name} is set, but no metres are known: nothing is published; {_GIVE_METRES}'

@@ -10,6 +10,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
+from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.params_file import find_params_file, parse_assignment, read_parameters
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, FrameSource
 from phase_traj_ros.io.sources.opening import open_source
@@ -17,6 +18,10 @@ from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameter_spec import Group
 from phase_traj_ros.parameters import Parameters, specs
 from phase_traj_ros.tasks.batch.job import ReplayRequest
+
+# Parameters of the node, and what a replay has instead; a file with them may be for both.
+_OF_NODE = {
+    'image_transport': '--topic', 'output_dir': '--output', 'map_file': 'phase_traj locate --map'}
 
 SOURCE_HELP = """\
 SOURCE is one of
@@ -168,6 +173,9 @@ def parameters_of(options: Namespace) -> Parameters:
     if options.params is not None:
         parameters = read_parameters(find_params_file(options.params))
     values = dict(map(parse_assignment, options.param))
+    for name, instead in _OF_NODE.items():
+        if name in values:
+            raise ParameterError(f'{name} has an effect in the node only: use {instead}')
     if options.threshold is not None:
         values['threshold'] = options.threshold
     if options.speed_topic is not None:

@@ -241,6 +241,7 @@ def test_a_process_ends_with_the_status_and_the_line():
     (['{folder}', '--params', '/does/not/exist.yaml'], 'there is no parameter file'),
     (['{folder}', '-p', 'threshold=3'], 'write NAME:=VALUE'),
     (['{folder}', '-p', 'threshold:=3'], 'such as 3.0'),
+    (['{folder}', '-p', 'output_dir:=out'], 'in the node only: use --output'),
     (['{folder}', '-p', 'code_source:=heading'], 'give focal_px or hfov_deg'),
     (['{folder}', '--output', '/dev/null'], 'cannot write to'),
     (['{folder}', '--output', '/dev/null/below'], 'cannot write to'),

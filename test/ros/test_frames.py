@@ -44,6 +44,12 @@ def test_what_has_no_metres_and_looks_as_if_it_had_is_said(values, said):
 def test_what_has_no_effect_is_said():
     [notice] = Parameters(map_roads='all', map_datum='49,8').notices
     assert notice == 'no effect without map_file: map_roads, map_datum'
+    [notice] = Parameters(lens_straightness=0.2, lens_offset=0.1).notices
+    assert notice == 'no effect without focal_px or hfov_deg: lens_straightness, lens_offset'
+    [notice] = Parameters(camera_height_deviation=0.1).notices
+    assert notice.startswith('no effect without camera_height, unless /tf_static')
+    assert Parameters(hfov_deg=90.0, lens_offset=0.1).notices == ()
+    assert Parameters(camera_height=1.5, camera_height_deviation=0.1).notices == ()
     [notice] = Parameters(code_source='heading', threshold=12.0).notices
     assert notice.startswith('no effect with code_source heading: threshold')
 
