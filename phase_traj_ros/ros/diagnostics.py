@@ -49,6 +49,7 @@ class Diagnostics:
         self._several = ''
         self._said: dict[str, str] = {}
         self._measured = MeasurementReporter()
+        self._measured.skip(estimator)
         entities.create_timer(DIAGNOSTICS_PERIOD_NS / 1e9, self._report)
 
     def _report(self) -> None:
@@ -62,6 +63,8 @@ class Diagnostics:
         # Computing the medians takes time.
         if self._publisher.get_subscription_count():
             self._publish(bad, lost)
+        else:
+            self._measured.skip(self._estimator)
         logger = self._node.get_logger()
         if logger.is_enabled_for(LoggingSeverity.DEBUG):
             logger.debug('microseconds per image: ' + ', '.join(

@@ -48,6 +48,17 @@ def test_diagnostics_tell_what_happened(live, run):
     assert b'\x02' in levels, 'a bad image has to show as an error'
 
 
+def test_a_late_subscriber_is_told_of_the_last_second_only(live, run):
+    node = run()
+    send(node, rolled([0, 10, 20, 30]), np.arange(4) * 0.1)
+    live.until(lambda: complete(node, 3))
+    # More than the period of the reports.
+    live.spin(1.5)
+    reports = live.listen(DiagnosticArray, '/diagnostics', 10)
+    live.until(lambda: reports)
+    assert statuses(reports[0])['measurement'].message == 'nothing to measure'
+
+
 def test_silence_is_reported_once_with_the_publishers(live):
     live.start('-r', 'image:=/front/image_raw', lossless=False)
     # Best effort does not reach a reliable subscriber.

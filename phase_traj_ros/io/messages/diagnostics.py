@@ -40,6 +40,10 @@ class MeasurementReporter:
         """Start with all counters at zero."""
         self._counted = Counters()
 
+    def skip(self, estimator: TrajectoryEstimator) -> None:
+        """Leave out what has been counted so far."""
+        self._counted = replace(estimator.counters)
+
     def report(self, estimator: TrajectoryEstimator, response: float) -> Report:
         """Return the status; ``response`` is the median response of the newest pairs."""
         counters, heading = estimator.counters, estimator.heading
@@ -60,7 +64,7 @@ class MeasurementReporter:
         pairs = counters.frames - self._counted.frames
         unusable = sum(
             getattr(counters, name) - getattr(self._counted, name) for name in _UNUSABLE)
-        self._counted = replace(counters)
+        self.skip(estimator)
         if pairs and unusable > (1 - _MEASURED_SHARE) * pairs:
             level, message = Level.WARN, f'{unusable} of {pairs} pairs not measured'
         elif (pairs or Reason.FROZEN in found.reasons) and any(

@@ -101,7 +101,7 @@ class BagSink(Watcher):
         self._responses: deque[float] = deque(maxlen=_RESPONSES)
         self._measured = MeasurementReporter()
         # Counts from before the start do not belong to this bag.
-        self._measured.report(estimator, 0.0)
+        self._measured.skip(estimator)
 
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """
