@@ -16,7 +16,7 @@ _TOPIC = 'speed'
 # The rate of the speeds may be far higher than that of the images, and all speeds are needed.
 _QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 _THROTTLE_S = 5.0
-# Period of the search for a publisher, until the first speed arrives.
+# Period of the search for a publisher of another type.
 _LOOK_S = 0.5
 
 
@@ -35,20 +35,20 @@ class SpeedInput:
         self._on_speed = on_speed
         self.topic = str(node.resolve_topic_name(_TOPIC))
         """Full name of the topic after remapping."""
-        self._subscribe(self._published() or next(iter(SPEED_OF)))
-        self._timer = entities.create_timer(_LOOK_S, self._follow_publisher)
+        self._subscribe([*self._published(), *SPEED_OF][0])
+        entities.create_timer(_LOOK_S, self._follow_publisher)
 
-    def _published(self) -> str | None:
-        """Return the type of the topic's first publisher with a speed; None without one."""
+    def _published(self) -> list[str]:
+        """Return the types of the topic's publishers with a speed."""
         publishers = self._node.get_publishers_info_by_topic(self.topic)
-        return next((each.topic_type for each in publishers if each.topic_type in SPEED_OF), None)
+        return [each.topic_type for each in publishers if each.topic_type in SPEED_OF]
 
     def _follow_publisher(self) -> None:
         published = self._published()
-        if published is not None and published != self._type:
+        if published and self._type not in published:
             self._node.destroy_subscription(self._subscription)
-            self._subscribe(published)
-            self._node.get_logger().info(f'{self.topic} is a {published}')
+            self._subscribe(published[0])
+            self._node.get_logger().info(f'{self.topic} is a {self._type}')
 
     def _subscribe(self, message_type: str) -> None:
         self._type = message_type
@@ -56,7 +56,6 @@ class SpeedInput:
             TYPES[message_type], _TOPIC, self._on_message, _QOS)
 
     def _on_message(self, message: Any) -> None:
-        self._timer.cancel()
         stamp_ns = to_nanoseconds(message.header.stamp)
         if stamp_ns == 0:
             stamp_ns = self._node.get_clock().now().nanoseconds
