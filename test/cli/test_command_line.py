@@ -312,6 +312,8 @@ def test_the_figure_of_two_frames_does_not_become_a_third(run, folder):
     figure = folder.parent / 'correlation.png'
     assert figure.exists()
     assert sorted(os.listdir(folder)) == before
+    result = run('inspect', '0.png', figure, cwd=folder)
+    assert result.returncode == 2 and 'would lie beside the frames' in result.stderr
     # Only a file that the call names is replaced without a word.
     figure.write_text('mine')
     result = run('inspect', '0.png', '1.png', cwd=folder)

@@ -70,18 +70,17 @@ def _require_picture(frame: Path | None) -> None:
 def _output(options: Namespace) -> Path:
     """Return where the figure goes; it must not become a frame of the folder."""
     frames = {frame.absolute().parent.resolve() for frame in (options.first, options.second)}
-    if options.output is None:
-        here = Path(_NAME)
-        default = Path('..') / _NAME if here.absolute().parent.resolve() in frames else here
-        if default.exists() and not options.force:
-            raise ForeignFileError(f'{default} is there already: choose another --output')
-        return default
-    folder: Path = options.output.absolute().parent
+    output: Path = options.output or Path(_NAME)
+    if options.output is None and Path.cwd() in frames:
+        output = Path('..') / _NAME
+    folder = output.absolute().parent
     if folder.resolve() in frames:
         raise OutputError(
-            f'{options.output} would lie beside the frames, and a replay of {folder} would read'
-            ' it: choose another --output')
-    return Path(options.output)
+            f'{output} would lie beside the frames, and a replay of {folder} would read it: choose'
+            ' another --output')
+    if options.output is None and output.exists() and not options.force:
+        raise ForeignFileError(f'{output} is there already: choose another --output')
+    return output
 
 
 def _size(image: Any) -> str:
