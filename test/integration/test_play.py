@@ -125,6 +125,13 @@ def test_where_nobody_subscribes_it_is_said(play):
     assert (out, status) == ('published 20 frames\n', 0)
 
 
+def test_a_stamp_that_no_message_can_hold_is_refused(play, recording):
+    (recording / 'times.txt').write_text(''.join(f'{2**31 - 1 + each}\n' for each in range(20)))
+    out, said, status = play('--rate', '1000', '--wait', '0')
+    assert (out, status) == ('', 2)
+    assert 'a message cannot hold the stamp 2147483648.000000000 s' in said
+
+
 @pytest.mark.parametrize('topic', ['/front-camera/image_raw', 'bad topic', '/'])
 def test_a_name_that_no_topic_can_have(play, topic):
     out, said, status = play('--image-topic', topic)

@@ -4,6 +4,9 @@
 
 from typing import Any
 
+STAMPS_END_NS = 2**31 * 10**9
+"""The first stamp after the last that a builtin_interfaces/Time can hold, in nanoseconds."""
+
 
 def to_nanoseconds(time: Any) -> int:
     """Return a builtin_interfaces/Time of any library in nanoseconds."""

@@ -16,6 +16,7 @@ from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, R
 from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.messages.published import Messages
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS, Pace, Schedule
+from phase_traj_ros.io.messages.stamps import STAMPS_END_NS
 from phase_traj_ros.io.messages.topics import DEBUG_IMAGE, pair_topics, Topic, whole_topics
 from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.pictures import draw
@@ -27,8 +28,8 @@ DIAGNOSTICS = '/diagnostics'
 
 _DIAGNOSTICS = Topic('diagnostics', 'diagnostic_msgs/msg/DiagnosticArray')
 _RESPONSES = 1000
-# builtin_interfaces/Time counts seconds in 32 bits, with a sign that rosbag2 cannot store.
-_STAMPS_NS = range(2**31 * 10**9)
+# rosbag2 cannot store a sign.
+_STAMPS_NS = range(STAMPS_END_NS)
 
 
 def topic_name(topic: Topic) -> str:

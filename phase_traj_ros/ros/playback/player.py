@@ -9,6 +9,7 @@ import time
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.messages.camera_info import camera_info_fields
+from phase_traj_ros.io.messages.stamps import STAMPS_END_NS
 from phase_traj_ros.io.sources.base import CAMERA_FRAME, StampedFrame
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from phase_traj_ros.ros.playback.matching import wait_until_known
@@ -101,6 +102,12 @@ class FramePlayer(Node):
 
         The timing restarts if a stamp goes back, such as from one loop to the next, or jumps by
         more than a minute, of which it warns.
+
+        Raises
+        ------
+        OutputError
+            A message cannot hold the stamp of a frame.
+
         """
         published = 0
         if self._calibrations is not None and self._lossless:
@@ -109,6 +116,10 @@ class FramePlayer(Node):
             self._wait_until_acknowledged(self._calibrations, stop)
         began, first_ns, previous_ns = time.monotonic(), 0, None
         for frame in frames:
+            if frame.stamp_ns >= STAMPS_END_NS:
+                raise OutputError(
+                    f'a message cannot hold the stamp {frame.stamp_ns / 1e9:.9f} s: stamps must be'
+                    ' below 2**31 seconds; give --fps')
             step_ns = -1 if previous_ns is None else frame.stamp_ns - previous_ns
             if step_ns > _LONGEST_PAUSE_NS:
                 self.get_logger().warning(
