@@ -118,7 +118,8 @@ def replay_files(directory: Path) -> Iterator[tuple[dict[str, Any], list[dict[st
         raise ResultError(
             f'{directory} does not hold a replay ({error.strerror}: {error.filename}): replay'
             ' the drive with it as the output folder') from None
-    except (ArithmeticError, AttributeError, KeyError, TypeError, ValueError, csv.Error) as error:
+    except (ArithmeticError, AttributeError, KeyError, RecursionError, TypeError, ValueError,
+            csv.Error) as error:
         raise ResultError(
             f'{directory} does not hold what phase_traj replay writes ({type(error).__name__}:'
             f' {error}): replay again') from None
@@ -170,7 +171,9 @@ def _read_poses(directory: Path) -> NDArray[np.float64] | None:
     file = directory / 'trajectory.tum'
     if not file.exists():
         return None
-    x, y, qz, qw = np.loadtxt(file, usecols=(1, 2, 6, 7), ndmin=2, unpack=True)
+    # np.loadtxt would print a warning if the file is empty.
+    rows = [line.split() for line in file.read_text(encoding='utf-8').splitlines()]
+    _, x, y, *_, qz, qw = np.array(rows, np.float64).T
     return np.stack([x, y, 2 * np.arctan2(qz, qw)], axis=1)
 
 

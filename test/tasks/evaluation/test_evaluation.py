@@ -381,7 +381,9 @@ def test_refuses_directories_without_a_replay(replayed, tmp_path):
                     {'movement': 5}, {'path_unit': 'miles'}):
         with pytest.raises(ResultError, match='replay again'):
             read_replay(replayed(PLAN, **changed))
-    directory = replayed(PLAN)
-    (directory / 'chain_code.json').write_text('[]')
-    with pytest.raises(ResultError, match='replay again'):
-        read_replay(directory)
+    for name, text in (('chain_code.json', '[]'), ('chain_code.json', '[' * 100_000),
+                       ('trajectory.tum', '')):
+        directory = replayed(PLAN)
+        (directory / name).write_text(text)
+        with pytest.raises(ResultError, match='replay again'):
+            read_replay(directory)
