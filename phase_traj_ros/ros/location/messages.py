@@ -65,7 +65,8 @@ def position_fix(message: NavSatFix, projection: LocalProjection) -> PositionFix
     if message.status.status < NavSatStatus.STATUS_NO_FIX:
         raise ValueError(
             'its status is not set (STATUS_UNKNOWN): set status.status to STATUS_FIX or above')
-    if message.status.status < NavSatStatus.STATUS_FIX:
+    if message.status.status < NavSatStatus.STATUS_FIX or not (
+            math.isfinite(message.latitude + message.longitude)):
         return None
     x, y = projection.to_metres(message.latitude, message.longitude).tolist()
     if not (math.isfinite(x) and math.isfinite(y)):

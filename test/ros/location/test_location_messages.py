@@ -95,9 +95,11 @@ def test_what_is_no_fix_is_left_out():
     message = received()
     message.status.status = NavSatStatus.STATUS_NO_FIX
     assert position_fix(message, PLANE) is None
-    message = received()
-    message.latitude = math.nan
-    assert position_fix(message, PLANE) is None
+    for latitude in (math.nan, math.inf):
+        message = received()
+        message.latitude = latitude
+        with np.errstate(invalid='raise'):
+            assert position_fix(message, PLANE) is None
     with pytest.raises(ValueError, match='status is not set'):
         position_fix(NavSatFix(latitude=49.0, longitude=8.4), PLANE)
     broken = received(
