@@ -101,6 +101,7 @@ def node_start(
     file = find_params_file(given['params_file']).resolve() if 'params_file' in given else None
     values = {**_of_parent(params, full_name),
               **(values_for(file, full_name) if file else {}), **own}
+    flags['use_sim_time'] = values.get('use_sim_time') is True
     frame = _checked(values).path_frame
     topics = ['image', 'camera_info', *(['speed'] if 'use_speed_topic' in own else [])]
     remapped = {each: given[each] for each in topics if each in given}

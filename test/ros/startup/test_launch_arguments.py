@@ -74,6 +74,12 @@ def test_a_flag_that_is_given_replaces_that_of_a_parent():
         assert node_start({'use_sim_time': text}, params=[('use_sim_time', True)]).own == own
 
 
+def test_the_time_of_a_parameter_file_is_that_of_the_other_nodes(tmp_path):
+    path = str(file(tmp_path, '{use_sim_time: true}'))
+    for given, flag in (({}, True), ({'use_sim_time': 'False'}, False)):
+        assert node_start({'params_file': path, **given}).flags['use_sim_time'] is flag
+
+
 @pytest.mark.parametrize(('arguments', 'around', 'topic'), [
     ({}, {}, '/image'),
     ({'namespace': 'front'}, {}, '/front/image'),
