@@ -93,7 +93,8 @@ def _pictures_in(folder: Path) -> list[Path]:
             entry for entry in folder.iterdir()
             if entry.suffix.lower() in PICTURE_SUFFIXES
             and not entry.name.startswith('.') and entry.name not in results
-            and entry.is_file()
+            # A link to nothing is a frame that cannot be read, and counted.
+            and (entry.is_file() or not entry.exists())
         ]
     return sorted(found, key=lambda entry: natural_key(entry.name))
 

@@ -139,6 +139,13 @@ def test_files_beside_a_link_come_before_those_beside_its_target(tmp_path):
         assert open_source(path).camera(rectified=True).fx == 9.0
 
 
+def test_a_link_to_nothing_is_a_frame_that_cannot_be_read(tmp_path):
+    folder = fill(tmp_path / 'x', ['0.png', '2.png'])
+    (folder / '1.png').symlink_to(tmp_path / 'removed')
+    assert [type(entry).__name__ for entry in open_source(folder).entries()] == [
+        'StampedFrame', 'UnreadableFrame', 'StampedFrame']
+
+
 def test_a_link_with_the_name_of_a_camera_has_its_calibration(tmp_path):
     folder = fill(tmp_path / 'left', ['0.png', '1.png'])
     (tmp_path / 'image_1').symlink_to(folder)
