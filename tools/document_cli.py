@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Write docs/reference/command-line.md from the parser of the program.
+Write docs/reference/command-line.md, and the tables of docs/reference/parameters.md.
 
-The page is generated from the arguments of the parser, not from its help, whose layout differs
-between versions of Python.
+The first is generated from the arguments of the parser, not from its help, whose layout differs
+between versions of Python. The tables are generated from the declarations of the parameters.
 """
 
 from argparse import Action, ArgumentParser, SUPPRESS
@@ -12,8 +12,14 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from phase_traj_ros.cli.program import program_parser, TASKS
+from phase_traj_ros.parameter_spec import Group, Spec
+from phase_traj_ros.parameters import specs
 
-PAGE = Path(__file__).resolve().parent.parent / 'docs' / 'reference' / 'command-line.md'
+REFERENCE = Path(__file__).resolve().parent.parent / 'docs' / 'reference'
+PARAMETERS = REFERENCE / 'parameters.md'
+HEAD = (
+    '| parameter | type | default | allowed | unit | read-only | what |\n'
+    '|---|---|---|---|---|---|---|')
 INTRODUCTION = """\
 # Command line
 
@@ -24,8 +30,31 @@ While `play` waits for a subscriber or publishes, a signal ends it in order, wit
 If the reader of the output closes it, the work is finished, and the status is 141."""
 
 
-def page() -> str:
-    """Return the page."""
+def pages() -> dict[Path, str]:
+    """Return the pages by their paths."""
+    return {REFERENCE / 'command-line.md': command_line(), PARAMETERS: parameters()}
+
+
+def parameters() -> str:
+    """Return the page of the parameters, with its tables made anew."""
+    page = PARAMETERS.read_text(encoding='utf-8')
+    blocks = [page[:page.index(f'\n\n## {Group.USER.value}\n')]]
+    for group in Group:
+        rows = [row(spec) for spec in specs() if spec.group is group]
+        blocks += [f'## {group.value}', '\n'.join([HEAD, *rows])]
+    return '\n\n'.join([*blocks, page[page.index('## In files and on the command line\n'):]])
+
+
+def row(spec: Spec) -> str:
+    """Return the row of a parameter."""
+    read_only = 'yes' if spec.read_only else 'no'
+    return (
+        f'| `{spec.name}` | {spec.type} | {spec.default} | {spec.allowed} | {spec.unit} |'
+        f' {read_only} | {spec.description} |')
+
+
+def command_line() -> str:
+    """Return the page of the commands."""
     parser = program_parser()
     # argparse has no public list of its arguments.
     [parsers] = [each.choices for each in parser._actions if isinstance(each.choices, Mapping)]
@@ -65,5 +94,6 @@ def names(action: Action) -> str:
 
 
 if __name__ == '__main__':
-    PAGE.write_text(page(), encoding='utf-8')
-    print(f'written to {PAGE}')
+    for path, text in pages().items():
+        path.write_text(text, encoding='utf-8')
+        print(f'written to {path}')
