@@ -48,12 +48,14 @@ class ColumnCalibration(SelfCalibration):
         return self._column is not None and self._column.contradicted
 
     def _fits(self, tracks: TurnTracks) -> Iterator[TurnFit | None]:
-        """Fit from the given lens; if that fails, from other start values."""
+        """Fit from the given lens; if that fails or costs much, from other start values."""
         assert self._column is not None
         width = self._width
         given = self._given.focal_for(width), self._given.straightness, self._column.column
-        yield fit_turn(tracks, [given], width=width)
-        yield fit_turn(tracks, guesses_for(TUNING.guesses, width), width=width)
+        fits = [fit_turn(tracks, [given], width=width)]
+        if fits[0] is None or fits[0].cost > TUNING.given_cost:
+            fits.append(fit_turn(tracks, guesses_for(TUNING.guesses, width), width=width))
+        yield from sorted(filter(None, fits), key=lambda fit: fit.cost)
 
     def _add(self, fit: TurnFit, tracks: TurnTracks) -> None:
         assert self._column is not None

@@ -166,6 +166,8 @@ class CalibrationTuning:
     """Deviation of the log focal length below which a fit starts at the estimate..."""
     good_cost: float = 2.5
     """...and largest cost per observation to accept that fit; 1 or 2 for a static scene."""
+    given_cost: float = 2.0
+    """A fit that starts at the given lens and costs more may have stayed at a wrong one."""
     max_cost: float = 3.0
     """Largest cost per observation of a usable fit..."""
     min_static: float = 0.65
