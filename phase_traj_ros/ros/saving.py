@@ -168,8 +168,6 @@ def _write(
             folder = new_folder(folder.parent, folder.name.rpartition('_')[0])
             snapshot.write(folder)
     except Exception as error:  # the caller waits for a response in any case
-        with suppress(OSError):  # Only an empty folder is removed.
-            folder.rmdir()
         done(False, message_of(error))
     else:
         done(True, f'written to {folder}')

@@ -3,10 +3,9 @@
 """Where drives are saved."""
 
 from concurrent.futures import ThreadPoolExecutor
-from unittest.mock import Mock
 
 from phase_traj_ros.errors import OutputError
-from phase_traj_ros.ros.saving import _write, check_writable, new_folder
+from phase_traj_ros.ros.saving import check_writable, new_folder
 import pytest
 
 
@@ -36,12 +35,3 @@ def test_a_disk_that_is_gone_is_an_error_and_not_a_used_number(tmp_path):
     parent.symlink_to(tmp_path / 'nowhere')
     with pytest.raises(OutputError, match=r'cannot write to .*mounted: '):
         new_folder(parent, '/pt')
-
-
-def test_a_drive_that_cannot_be_written_leaves_no_folder(tmp_path):
-    full, done = Mock(), Mock()
-    full.write.side_effect = OutputError('the disk is full')
-    folder = new_folder(tmp_path, '/pt')
-    _write(full, folder, done, elsewhere=True)
-    done.assert_called_once_with(False, 'the disk is full')
-    assert not folder.exists()
