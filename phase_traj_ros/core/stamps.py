@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 import math
+from statistics import median_low
 from typing import Generic, TypeVar
 
 from phase_traj_ros.core.frames.tuning import TUNING
@@ -40,8 +41,8 @@ class StampGate(Generic[_FrameT]):
         self.dropped = 0
         """Number of frames dropped so far because their stamp is late or an outlier."""
         self._newest_ns: int | None = None
-        # The newest two: one may be a gap.
-        self._intervals_ns: deque[int] = deque(maxlen=2)
+        # The newest three: one may be a gap.
+        self._intervals_ns: deque[int] = deque(maxlen=3)
         self._held: Passed[_FrameT] | None = None
 
     def push(self, frame: _FrameT, stamp_ns: int) -> Iterator[Passed[_FrameT]]:
@@ -56,7 +57,7 @@ class StampGate(Generic[_FrameT]):
             return
         yield from self._settle(stamp_ns)
         step_ns = None if self._newest_ns is None else stamp_ns - self._newest_ns
-        usual_ns = min(self._intervals_ns, default=0)
+        usual_ns = median_low(self._intervals_ns) if self._intervals_ns else 0
         longest_ns = max(TUNING.jump_ns, TUNING.jump_intervals * usual_ns)
         if step_ns is None or 0 < step_ns <= longest_ns:
             yield self._use(Passed(frame, stamp_ns))

@@ -111,6 +111,13 @@ def test_a_camera_is_written_to_a_parameter_file_only(tmp_path, capsys, name):
     assert path.read_text() == 'something else'
 
 
+def test_what_was_found_is_printed_before_an_error(bag, tmp_path, capsys):
+    assert main(['calibrate', str(bag / 'none'), str(tmp_path / 'missing')]) == 2
+    told = capsys.readouterr()
+    assert 'none: the camera cannot be learned' in told.out
+    assert 'missing does not exist' in told.err
+
+
 def test_recordings_of_different_cameras_are_refused(bag, tmp_path, capsys):
     drive = plan_drive(
         'tall', PLAN[:3], rate_hz=10.0, speed=8.0,

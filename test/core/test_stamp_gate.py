@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which frames of a stream are used, by their stamps."""
 
+import numpy as np
 from phase_traj_ros.core.stamps import StampGate
 import pytest
 
@@ -107,6 +108,14 @@ def test_a_slow_stream_is_held_once_at_most() -> None:
     gate: StampGate[int] = StampGate()
     passed = [len(list(gate.push(number, number * 3_000_000_000))) for number in range(5)]
     assert passed == [1, 0, 2, 1, 1]
+
+
+def test_a_slow_stream_whose_intervals_differ_is_held_once_at_most() -> None:
+    gate: StampGate[int] = StampGate()
+    stamps = np.cumsum([0.0, *[3.0, 3.0, 1.2] * 5])
+    passed = [
+        len(list(gate.push(number, round(stamp * 1e9)))) for number, stamp in enumerate(stamps)]
+    assert passed == [1, 0, 2, *[1] * 13]
 
 
 def test_two_strays_in_a_row_are_both_dropped() -> None:

@@ -49,21 +49,25 @@ def run(options: Namespace) -> int:
     if options.output is not None and options.output.suffix != _SUFFIX:
         # Reported before the work.
         raise ParameterError(f'--output is {options.output}: its name has to end in {_SUFFIX}')
-    with Outputs(inputs=options.sources) as outputs:
-        # A place that cannot be written is reported before the work.
-        staged = None if options.output is None else outputs.file(options.output)
-        found = [_learn(options, path) for path in options.sources]
-        told = [estimate for estimate in found if estimate is not None]
-        try:
-            camera = combined(told) if len(told) > 1 else next(iter(told), None)
-        except ValueError as error:
-            raise ResultError(str(error)) from None
-        if staged is not None and camera is not None:
-            with writing_to(options.output):
-                write_camera(camera, staged, rotate_180=options.upside_down)
-    # After the file is complete: if the output is closed, printing raises an error.
-    for path, estimate in zip(options.sources, found):
-        print(f'{path}: {_words(estimate)}')
+    found: list[CameraEstimate | None] = []
+    try:
+        with Outputs(inputs=options.sources) as outputs:
+            # A place that cannot be written is reported before the work.
+            staged = None if options.output is None else outputs.file(options.output)
+            for path in options.sources:
+                found.append(_learn(options, path))
+            told = [estimate for estimate in found if estimate is not None]
+            try:
+                camera = combined(told) if len(told) > 1 else next(iter(told), None)
+            except ValueError as error:
+                raise ResultError(str(error)) from None
+            if staged is not None and camera is not None:
+                with writing_to(options.output):
+                    write_camera(camera, staged, rotate_180=options.upside_down)
+    finally:
+        # After the file is complete: if the output is closed, printing raises an error.
+        for path, estimate in zip(options.sources, found):
+            print(f'{path}: {_words(estimate)}')
     if camera is None:
         print('the camera was not learned: give a drive with a turn of 60 degrees or more')
         return EXIT_NOT_TOLD

@@ -58,8 +58,8 @@ class FramesTuning:
     it are swapped neighbours and the steps of a clock that NTP corrects; a gap in a recording is
     usually longer."""
     jump_intervals: int = 2
-    """A forward jump within this multiple of the last interval is the frame rate of a slow
-    stream."""
+    """A forward jump within this multiple of the median of the last three intervals is the frame
+    rate of a slow stream."""
     clock_set_ns: int = 86_400_000_000_000
     """A larger jump after the first frame is due to a clock that was not set before, as no
     recording pauses for so long."""

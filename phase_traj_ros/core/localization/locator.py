@@ -94,7 +94,13 @@ class MapLocator:
         if abs(step.distance) * self._scale.middle > self._settings.moved_m:
             # The turns on the way are unknown.
             self.interrupt(math.inf, turn=math.pi)
-            return self._estimate(step.stamp_ns)
+        else:
+            self._follow_step(step)
+        self._track.add(step.stamp_ns, *self._newest)
+        return self._estimate(step.stamp_ns)
+
+    def _follow_step(self, step: OdometryStep) -> None:
+        """Update the filter by each stride of a step that is complete."""
         strides = math.ceil(abs(step.distance) / self._reckoning.stride)
         for part in step.parts(max(strides, 1)):
             stride = self._reckoning.add(part)
@@ -104,8 +110,6 @@ class MapLocator:
                 self._follow_reversal(stride)
             else:
                 self._follow(stride)
-        self._track.add(step.stamp_ns, *self._newest)
-        return self._estimate(step.stamp_ns)
 
     @property
     def _newest(self) -> tuple[complex, float]:

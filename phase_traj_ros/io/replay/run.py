@@ -208,7 +208,8 @@ def replay(
     if not updates:
         raise SourceError(f'{source}: {too_few(estimator, first_skipped)}')
     unused_speeds = ''
-    if parameters.use_speed_topic and not estimator.way.states[TravelState.GIVEN]:
+    way = estimator.way
+    if parameters.use_speed_topic and way.pairs and not way.states[TravelState.GIVEN]:
         known = 'none is valid' if not given else (
             f'{len(given)} from {given[0].stamp_ns / 1e9:.3f} to {given[-1].stamp_ns / 1e9:.3f} s,'
             f' images from {first_stamp_ns / 1e9:.3f} to {updates[-1].stamp_ns / 1e9:.3f} s')
@@ -219,7 +220,7 @@ def replay(
         source, Mounting(parameters), first_stamp_ns, updates, estimator.codes, estimator.counters,
         tuple(sorted([*estimator.turns, *under_way], key=lambda turn: turn.start_frame)),
         reliability=estimator.reliability.of_drive, threshold_hint=estimator.threshold_hint,
-        way=estimator.way, links=estimator.links,
+        way=way, links=estimator.links,
         frame_numbers=None if _UNKNOWN in numbers else numbers,
         unused_speeds=unused_speeds, first_skipped=first_skipped)
     if heading is None:

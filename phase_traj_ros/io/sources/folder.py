@@ -102,7 +102,8 @@ def _pictures_in(folder: Path) -> list[Path]:
 def _find_pictures(path: Path) -> tuple[Path, list[Path]]:
     """Return the folder that holds the pictures, and the pictures."""
     for folder in (path, *(path / camera for camera in _KITTI_CAMERAS)):
-        if folder.is_dir() and (pictures := _pictures_in(folder)):
+        pictures = _pictures_in(folder) if folder.is_dir() else []
+        if any(picture.is_file() for picture in pictures):
             return folder, pictures
     bags = [entry for entry in path.iterdir() if entry.suffix in _BAG_SUFFIXES]
     if bags:

@@ -171,9 +171,10 @@ def _read_poses(directory: Path) -> NDArray[np.float64] | None:
     file = directory / 'trajectory.tum'
     if not file.exists():
         return None
-    # np.loadtxt would print a warning if the file is empty.
-    rows = [line.split() for line in file.read_text(encoding='utf-8').splitlines()]
-    _, x, y, *_, qz, qw = np.array(rows, np.float64).T
+    rows = file.read_text(encoding='utf-8-sig').split('\n')
+    if not any(rows):
+        raise ValueError(f'{file.name} is empty')
+    x, y, qz, qw = np.loadtxt(rows, usecols=(1, 2, 6, 7), ndmin=2, unpack=True)
     return np.stack([x, y, 2 * np.arctan2(qz, qw)], axis=1)
 
 

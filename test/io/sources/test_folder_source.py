@@ -144,6 +144,9 @@ def test_a_link_to_nothing_is_a_frame_that_cannot_be_read(tmp_path):
     (folder / '1.png').symlink_to(tmp_path / 'removed')
     assert [type(entry).__name__ for entry in open_source(folder).entries()] == [
         'StampedFrame', 'UnreadableFrame', 'StampedFrame']
+    sequence = fill(tmp_path / 'y' / 'image_0', ['0.png', '1.png']).parent
+    (sequence / 'cover.png').symlink_to(tmp_path / 'removed')
+    assert len(read(sequence)[0]) == 2
 
 
 def test_a_link_with_the_name_of_a_camera_has_its_calibration(tmp_path):
