@@ -343,7 +343,7 @@ def test_a_signal_in_mid_callback_ends_the_node_in_order(live):
         for index, each in enumerate(rolled(range(0, 120, 10), texture((752, 2480))))]
     camera = live.node.create_publisher(Image, 'image', LOSSLESS)
     shifts = live.listen(Vector3Stamped, 'phase_traj/shift')
-    for attempt, number in enumerate([signal.SIGINT, signal.SIGTERM, signal.SIGHUP]):
+    for attempt, number in enumerate([signal.SIGINT, signal.SIGTERM, signal.SIGHUP] * 2):
         process = live.start(*SHIFT)
         live.until(lambda: camera.get_subscription_count() == 1, process=process)
         live.call(Trigger, 'phase_traj/reset', Trigger.Request())
