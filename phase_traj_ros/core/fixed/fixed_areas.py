@@ -41,7 +41,8 @@ class FixedAreas:
         # Share of the gradients that changed up to the newest sample; fixed areas do not count.
         self._changing_share, self._mostly_unchanged = 0.0, False
         self.moving = False
-        """Whether the change is large, and in all parts of the image: the world moves."""
+        """Whether the change, that by noise included, is large and in all parts of the image: the
+        world may move."""
         self.only_horizon_unchanged = False
         """Whether only the horizon is unchanged and the road below it changes: the vehicle drives
         straight on, however little of the image moves."""
@@ -121,23 +122,24 @@ class FixedAreas:
 
     def _learn(self) -> bool:
         """Add the newest sample to the means if the world moves; return whether it does."""
-        changed, energy = self._samples.changes()
-        open_changed, open_energy = self._open_share * changed, self._open_share * energy
-        self._changing_share = _share(open_changed, open_energy)
-        self.moving = self._moves(open_changed, open_energy)
+        changed, energy, noise = self._samples.changes()
+        self.moving = self._moves(changed, energy)
+        # Without the noise: either may be a little below 0.
+        changed, energy = changed - noise, energy - noise
+        self._changing_share = self._share(changed, energy)
         self._check_long_term()
-        if not self.moving:
+        if not self._moves(changed, energy):
             return False
         moved = np.full_like(changed, TUNING.full_change)
         if self._samples.turned <= TUNING.full_shift_px:
             about = (2 * TUNING.change_radius_cells + 1, 2 * TUNING.change_radius_cells + 1)
-            moved = np.divide(cv2.blur(changed, about), cv2.blur(energy, about) + 1e-6)
+            moved = cv2.blur(changed, about) / np.maximum(cv2.blur(energy, about), 1e-6)
         full = TUNING.full_change - TUNING.min_change
         moved = np.clip((moved - TUNING.min_change) / full, 0.0, 1.0)
         height, width = self._samples.shape
         counts = cv2.resize(
             TUNING.sample_weight * moved, (width, height), interpolation=cv2.INTER_LINEAR)
-        self._means[:3] += counts * (self._samples.gradients - self._means[:3])
+        self._means[:3] += counts * (self._samples.gradients[:3] - self._means[:3])
         self._means[3] += counts * (1.0 - self._means[3])
         picture = self._samples.picture
         np.minimum(self._darkest + TUNING.forgetting_levels, picture, out=self._darkest)
@@ -147,8 +149,8 @@ class FixedAreas:
     def _check_long_term(self) -> None:
         """Check whether only a part of the image has changed for long."""
         if self._reference is not None:
-            share = _share(*(
-                self._open_share * each for each in self._samples.changes(self._reference)))
+            changed, energy, noise = self._samples.changes(self._reference)
+            share = self._share(changed - noise, energy - noise)
             self.only_horizon_unchanged = self._only_horizon_remains(self._reference)
             self._age += self._samples.elapsed
             if share < TUNING.driving_share and self._age < TUNING.standing_window_s:
@@ -184,11 +186,19 @@ class FixedAreas:
     def _moves(self, changed: Plane, energy: Plane) -> bool:
         """Return whether the world moves, and not only traffic in a part of the image."""
         changes, energies = (
-            np.array([strip.sum() for strip in np.array_split(amount, TUNING.strips)])
-            for amount in (changed, energy))
+            np.array([strip.sum() for strip in np.array_split(
+                self._open_share * amount, TUNING.strips)]) for amount in (changed, energy))
         stays = (energies > TUNING.min_strip_share * energies.sum()) & (
             changes < TUNING.strip_change_share * energies)
-        return self._changing_share >= TUNING.moving_share and bool(np.count_nonzero(stays) <= 1)
+        return self._share(changed, energy) >= TUNING.moving_share and bool(
+            np.count_nonzero(stays) <= 1)
+
+    def _share(self, changed: Plane, energy: Plane) -> float:
+        """Return the share of the energy that changed, 0 to 1, without the fixed areas."""
+        total = float((self._open_share * energy).sum())
+        if total <= 0.0:
+            return 0.0
+        return min(max(float((self._open_share * changed).sum()) / total, 0.0), 1.0)
 
     def _renew(self) -> bool:
         """Find the areas again; return whether they have changed."""
@@ -227,9 +237,3 @@ class FixedAreas:
         framed = cv2.copyMakeBorder(black, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=(1,))
         cv2.floodFill(framed, None, (0, 0), (255,))
         return np.asarray(framed[1:-1, 1:-1] == 255)
-
-
-def _share(changed: Plane, energy: Plane) -> float:
-    """Return the share of the energy that changed, 0 to 1; 0 where there is no energy."""
-    total = float(energy.sum())
-    return min(float(changed.sum()) / total, 1.0) if total > 0.0 else 0.0

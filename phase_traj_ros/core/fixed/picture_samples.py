@@ -13,6 +13,8 @@ from phase_traj_ros.core.fixed.tuning import TUNING
 
 # A number for each pixel or cell, (h, w), or several of these arrays, (N, h, w).
 Plane = NDArray[np.float32]
+# Energy of both gradients of white noise of variance 1: two times the sum of the squared weights.
+_SOBEL_NOISE = 2.0 * 12.0 / 64.0
 
 
 class PictureSamples:
@@ -29,8 +31,9 @@ class PictureSamples:
         self._cells = across, down
         self.picture: Plane = np.zeros((height, width), np.float32)
         """The newest sample, (h, w), scaled to a mean brightness of 100."""
-        self.gradients: Plane = np.zeros((3, height, width), np.float32)
-        """Its gradients to the right and downwards (length 1 if strong), and their energy."""
+        self.gradients: Plane = np.zeros((4, height, width), np.float32)
+        """Its gradients to the right and downwards (length 1 if strong), their energy, and what
+        noise adds to it."""
         self._previous = self.gradients
         self.turned = 0.0
         """Sideways shift since the previous sample, in reduced pixels, without sign."""
@@ -56,22 +59,39 @@ class PictureSamples:
         level = cv2.mean(picture)[0]
         gain = TUNING.brightness / level if level > 0.0 else 1.0
         self.picture = np.multiply(picture, np.float32(gain), dtype=np.float32)
-        self._previous, self.gradients = self.gradients, _differentiated(self.picture)
+        self._previous, self.gradients = self.gradients, _differentiated(
+            self.picture, noise=gain * self._noise(frame) / self._times)
         left = self.cell_means(self.picture).std()
         self.blank = bool(left <= TUNING.noise_share * self.picture.std())
         primed, self._primed = self._primed, True
         return primed
 
-    def changes(self, since: Plane | None = None) -> tuple[Plane, Plane]:
+    def changes(self, since: Plane | None = None) -> tuple[Plane, Plane, Plane]:
         """
         Return the change of the gradients' energy, and the energy of both samples, by cells.
 
-        The change is since the previous sample, or since the gradients ``since``, (3, h, w).
+        The change is since the previous sample, or since the gradients ``since``, (4, h, w). The
+        third array is what noise adds to either.
         """
         before = self._previous if since is None else since
         step = self.gradients[:2] - before[:2]
         np.square(step, out=step)
-        return (self.cell_means(step[0] + step[1]), self.cell_means(self.gradients[2] + before[2]))
+        _, _, energy, noise = self.gradients + before
+        return (self.cell_means(step[0] + step[1]), self.cell_means(energy),
+                self.cell_means(noise))
+
+    def _noise(self, frame: Frame) -> float:
+        """
+        Return the standard deviation of a frame's noise, in its grey levels.
+
+        It is the median of the differences of diagonals: Donoho and Johnstone, "Ideal spatial
+        adaptation by wavelet shrinkage" (Biometrika 1994), equation 13. The scene adds little.
+        """
+        every = TUNING.noise_rows * self._times
+        upper, lower = (
+            np.asarray(frame[first::every], np.float32) for first in range(2))
+        differences = np.diff(upper[:len(lower)] - lower, axis=1)
+        return float(np.median(np.abs(differences))) / (2.0 * 0.6745)
 
     def cell_means(self, values: Plane) -> Plane:
         """Return the means of values (h, w) over the cells, of which there are a few thousand."""
@@ -79,11 +99,18 @@ class PictureSamples:
             values, self._cells, interpolation=cv2.INTER_AREA)
 
 
-def _differentiated(picture: Plane) -> Plane:
-    """Return the gradients of a sample and their energy, as ``PictureSamples.gradients``."""
+def _differentiated(picture: Plane, *, noise: float) -> Plane:
+    """
+    Return the ``PictureSamples.gradients`` of a sample.
+
+    ``noise`` is its standard deviation, in grey levels.
+    """
     across = cv2.Sobel(picture, cv2.CV_32F, 1, 0, scale=0.125)
     down = cv2.Sobel(picture, cv2.CV_32F, 0, 1, scale=0.125)
     energy = across * across + down * down
     soft = TUNING.gradient_energy_share * cv2.mean(energy)[0] + TUNING.noise_levels ** 2
     length = np.sqrt(energy + soft)
-    return np.stack([across / length, down / length, energy / (energy + soft)])
+    # The mean of the share that noise adds, if the energy is that of noise alone.
+    added = _SOBEL_NOISE * noise ** 2
+    return np.stack(
+        [across / length, down / length, energy / (energy + soft), added / (energy + soft + added)])

@@ -28,6 +28,9 @@ class FixedTuning:
     noise_levels: float = 2.0
     """...and above this noise, in grey levels per pixel, is scaled to length 1; weaker ones are
     scaled to less."""
+    noise_rows: int = 4
+    """One in so many rows of a sample is compared with its neighbour, in the frame, to measure the
+    noise."""
     cell_share: float = 0.02
     """Side of a cell, as a share of the diagonal."""
     noise_share: float = 0.4

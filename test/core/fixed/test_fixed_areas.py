@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Areas fixed to the camera are found, and no others."""
 
+from functools import partial
+
 import cv2
 import numpy as np
 import overlays
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.fixed.fixed_areas import FixedAreas
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
+from phase_traj_ros.synthetic.degradations import night, sensor_noise
 import pytest
 
 CAMERA = Camera.with_field_of_view(320, 240, 70)
@@ -104,6 +107,21 @@ def test_a_stationary_vehicle_learns_nothing(right):
     areas = learned(noisy)
     assert areas.weights() is None
     assert not areas.moving
+
+
+@pytest.mark.parametrize('degraded', [
+    partial(night, exposure=0.06), partial(sensor_noise, sigma=14)])
+def test_the_noise_of_a_stationary_vehicle_is_not_motion(right, degraded):
+    areas = FixedAreas()
+    assert doubted((degraded(right[0], seed=number) for number in range(60)), areas) == 0.0
+    assert areas.weights() is None
+
+
+def test_the_world_moves_at_night_too(straight):
+    areas = learned(night(frame, exposure=0.06, seed=number)
+                    for number, frame in enumerate(straight[:30]))
+    assert areas.moving
+    assert not areas.doubts(Shift(0.2, 0.0, 0.3), agreed=True)
 
 
 def test_cross_traffic_does_not_make_the_houses_fixed(right):
