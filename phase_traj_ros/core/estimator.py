@@ -137,7 +137,11 @@ class TrajectoryEstimator:
 
     @property
     def left_out(self) -> NDArray[np.uint8] | None:
-        """Return an (H, W) map that is 0 in areas fixed to the camera; None if there are none."""
+        """
+        Return a map of the upright image, (H, W), that is 0 in areas fixed to the camera.
+
+        None if there are none.
+        """
         return self._meter.excluded
 
     @property
@@ -281,6 +285,7 @@ class TrajectoryEstimator:
         interval_ns = 0 if first else stamp_ns - self._used_stamp_ns
         waited_ns = 0 if first else stamp_ns - self._measured_ns
         # First, as an unusable frame must not change the state.
+        frame = self._settings.view.upright(frame)
         picture = prepare(frame)
         # By the rule of the paper, the code of a pair does not depend on earlier motion.
         if not first and self._repeats.is_repeated(

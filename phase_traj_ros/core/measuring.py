@@ -96,15 +96,15 @@ class PairMeter:
             The mask is invalid (see ``mask_shares``), or it is empty within the view.
 
         """
-        self.mask = None if mask is None else mask_shares(mask)
-        """Weight of each pixel, (H, W), 0 to 1; None if all count equally."""
+        self.mask = None if mask is None else settings.view.upright(mask_shares(mask))
+        """Weight of each pixel of the upright image, (H, W), 0 to 1; None if all count equally."""
         self.camera: YawCamera | None = None
         """The camera that measures the yaw; None if no lens is known."""
         self._settings = settings
         self.check(settings)
         self._format: tuple[tuple[int, ...], str, str] | None = None
         self._cuts = CutDetector()
-        self._guard = FixedGuard(rotate_180=settings.view.rotate_180)
+        self._guard = FixedGuard()
         self._road = RoadCamera(pitch_deg=settings.camera_pitch_deg)
         self._rebuild()
 
@@ -131,16 +131,18 @@ class PairMeter:
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Apply other settings, which ``check`` has accepted."""
         before, self._settings = self._settings, settings
-        upside_down = settings.view.rotate_180
-        if (settings.code_source, upside_down) != (before.code_source, before.view.rotate_180):
-            self._guard = FixedGuard(rotate_180=upside_down)
+        turns_over = settings.view.rotate_180 != before.view.rotate_180
+        if turns_over and self.mask is not None:
+            self.mask = np.ascontiguousarray(np.flip(self.mask))
+        if turns_over or settings.code_source != before.code_source:
+            self._guard = FixedGuard()
             self._exclude()
         if (settings.view, settings.code_source) != (before.view, before.code_source):
             self._rebuild()
         elif (settings.gate, settings.stillness) != (before.gate, before.stillness):
             self._make_quality()
-        if self.camera is not None:
-            self.camera.set_upside_down(upside_down)
+        if turns_over and self.camera is not None:
+            self.camera.turn_over(self.mask)
 
     def reset(self) -> None:
         """Forget the newest frame: the next one becomes the first of a pair."""

@@ -7,12 +7,15 @@ from functools import cache
 import math
 
 import numpy as np
+import overlays
 from phase_traj_ros.core import (
     CameraModel,
     CodeSource,
     EstimatorSettings,
     Lens,
+    StillnessSettings,
     TrajectoryEstimator,
+    View,
 )
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
@@ -132,3 +135,29 @@ def test_a_camera_that_shakes_measures_the_whole_way():
     assert update.heading.heading == pytest.approx(poses[-1, 2] - poses[0, 2], abs=0.02)
     # It was 5 % too far.
     assert estimator.way.distance == pytest.approx(metres, rel=0.02)
+
+
+@pytest.mark.parametrize('rule', [CodeSource.AUTO, CodeSource.SHIFT])
+def test_a_camera_upside_down_gives_the_same_to_the_digit(rule):
+    camera = Camera.with_field_of_view(320, 240, 70.0, above_ground=1.5)
+    drive = plan_drive('', [Straight(2.0), Turn(-90.0, 3.0, 4.0), Straight(4.0)], rate_hz=10.0,
+                       camera=camera, speed=6.0, seed=8)
+    frames = [overlays.black_bars(frame, sides=0.1) for frame in render_drive(drive)]
+    mask = np.ones((240, 320), np.uint8)
+    mask[200:, :120] = 0
+    results = []
+    for upside_down in (False, True):
+        estimator = TrajectoryEstimator(
+            EstimatorSettings(
+                code_source=rule, camera_height=1.5, view=View(rotate_180=upside_down),
+                stillness=StillnessSettings(), lens=Lens(hfov_deg=75.0, assumed=True)),
+            mask=np.ascontiguousarray(mask[::-1, ::-1]) if upside_down else mask)
+        updates = [
+            estimator.update(np.ascontiguousarray(frame[::-1, ::-1]) if upside_down else frame,
+                             stamp_ns)
+            for frame, stamp_ns in zip(frames, drive.stamps_ns.tolist())]
+        results.append((updates, estimator.reliability, estimator.left_out))
+    upright, turned = results
+    assert turned[:2] == upright[:2]
+    if rule is CodeSource.AUTO:
+        assert upright[2] is not None and np.array_equal(turned[2], upright[2])

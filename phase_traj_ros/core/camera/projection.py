@@ -44,14 +44,11 @@ class CylinderProjection:
     required.
     """
 
-    def __init__(
-        self, camera: CameraModel, *, rotate_180: bool = False, tuning: CameraTuning = TUNING,
-    ) -> None:
+    def __init__(self, camera: CameraModel, *, tuning: CameraTuning = TUNING) -> None:
         """
-        Compute the mapping from the frames of a camera to the cylinder, which is always upright.
+        Compute the mapping from the upright frames of a camera to the cylinder.
 
-        The model is that of the frames as received, also of a camera that is mounted upside down
-        (``rotate_180``). ``tuning`` gives the band of the view and the resolution of the cylinder.
+        ``tuning`` gives the band of the view and the resolution of the cylinder.
 
         Raises
         ------
@@ -59,9 +56,7 @@ class CylinderProjection:
             The camera shows too little of the band, or the frames are too large.
 
         """
-        height, width = camera.shape
-        upright = camera.turned_180() if rotate_180 else camera
-        left, right, above, below = _extent(upright, tuning)
+        left, right, above, below = _extent(camera, tuning)
         usual = max(tuning.usual_px_per_rad, tuning.min_columns / max(right - left, 1e-9))
         reduction = max(round(camera.fx / usual), 1)
         self.px_per_rad = camera.fx / reduction
@@ -77,7 +72,7 @@ class CylinderProjection:
         self.slopes = self._samples(-above, below)
         """Slope y of each row, positive down."""
         self._check_sizes(camera)
-        sight = _project(upright, self.azimuths, self.slopes)
+        sight = _project(camera, self.azimuths, self.slopes)
         self.inside = sight.seen
         """
         Which pixels of the cylinder are inside the frame, of size ``shape``.
@@ -86,8 +81,6 @@ class CylinderProjection:
         of the range of a distortion model, its edge is repeated.
         """
         columns, rows = sight.columns, sight.rows
-        if rotate_180:
-            columns, rows = width - 1 - columns, height - 1 - rows
         scanned = slice(None, None, TUNING.scanline_row_step)
         self._scanned = cv2.convertMaps(
             columns[scanned].astype(np.float32), rows[scanned].astype(np.float32), cv2.CV_16SC2)

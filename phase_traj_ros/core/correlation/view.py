@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import math
 
 import cv2
+import numpy as np
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 
 
@@ -59,6 +60,14 @@ class View:
         if self.decimation < 1:
             raise ValueError(f'decimation is {self.decimation}: give at least 1')
 
+    def upright(self, frame: Frame) -> Frame:
+        """Return a frame or a mask, (H, W), upright: a read-only copy if the camera is not."""
+        if not self.rotate_180:
+            return frame
+        turned = np.ascontiguousarray(np.flip(frame))
+        turned.flags.writeable = False
+        return turned
+
     def of(self, frame: Frame) -> Frame:
         """Return ``frame``, (H, W), as it is correlated; see ``reduced``."""
         if min(frame.shape) < self.decimation:
@@ -66,6 +75,6 @@ class View:
         return reduced(frame, self.decimation, self.decimation)
 
     def full_shift(self, shift: Shift) -> Shift:
-        """Convert a shift measured in this view to pixels of the full, upright frame."""
-        scale = -self.decimation if self.rotate_180 else self.decimation
-        return Shift(shift.dx * scale, shift.dy * scale, shift.response)
+        """Convert a shift measured in this view to pixels of the full frame."""
+        return Shift(
+            shift.dx * self.decimation, shift.dy * self.decimation, shift.response)

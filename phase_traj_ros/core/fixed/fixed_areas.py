@@ -28,9 +28,8 @@ class FixedAreas:
     Starts without knowledge and needs some seconds of driving. Learned areas fade as quickly.
     """
 
-    def __init__(self, *, rotate_180: bool = False) -> None:
-        """Make a detector that has seen no frame; ``rotate_180`` if they are upside down."""
-        self._down = -1 if rotate_180 else 1
+    def __init__(self) -> None:
+        """Make a detector that has seen no frame."""
         self._allocate((1, 1))
 
     def interrupt(self) -> None:
@@ -165,7 +164,7 @@ class FixedAreas:
     def _only_horizon_remains(self, since: Plane) -> bool:
         # Edges do not count: along a straight road, lane markings do not move either.
         structure, remaining = (
-            (self._open_share * self._corners(since, gradients)).sum(axis=1)[::self._down]
+            (self._open_share * self._corners(since, gradients)).sum(axis=1)
             for gradients in (since, self._samples.gradients))
         rows = len(structure)
         road = round((1.0 - TUNING.road_share) * rows)

@@ -33,9 +33,9 @@ class Findings:
 class FixedGuard:
     """Detects the fixed areas of a drive, and what they explain."""
 
-    def __init__(self, *, rotate_180: bool = False) -> None:
-        """Make a guard that has seen no frame; ``rotate_180`` if they are upside down."""
-        self._areas = FixedAreas(rotate_180=rotate_180)
+    def __init__(self) -> None:
+        """Make a guard that has seen no frame."""
+        self._areas = FixedAreas()
         self.excluded: NDArray[np.uint8] | None = None
         """Mask of the fixed areas to leave out, (H, W): 0 where fixed; None if nothing is."""
 

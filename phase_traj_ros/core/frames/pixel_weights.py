@@ -29,13 +29,7 @@ class PixelWeights:
             self.current = self.mask
         return self.current is not self.mask
 
-    def as_seen(self, *, rotate_180: bool) -> NDArray[np.uint8] | None:
-        """Return the weight of each pixel of the upright frame, (H, W), 0 to 255."""
-        if self.current is None:
-            return None
-        return upright((255 * self.current).astype(np.uint8), rotate_180=rotate_180)
-
-
-def upright(picture: NDArray[np.uint8], *, rotate_180: bool) -> NDArray[np.uint8]:
-    """Return a picture, (H, W), upright; ``rotate_180`` if the camera is mounted upside down."""
-    return np.ascontiguousarray(picture[::-1, ::-1]) if rotate_180 else picture
+    @property
+    def in_8_bits(self) -> NDArray[np.uint8] | None:
+        """Return the current weight of each pixel, (H, W), 0 to 255; None if all count equally."""
+        return None if self.current is None else (255 * self.current).astype(np.uint8)

@@ -15,7 +15,7 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import Shift
-from phase_traj_ros.core.frames.pixel_weights import PixelWeights, upright
+from phase_traj_ros.core.frames.pixel_weights import PixelWeights
 from phase_traj_ros.core.rotation.camera_roll import CameraRoll
 from phase_traj_ros.core.rotation.focus_of_expansion import Mounting
 from phase_traj_ros.core.rotation.tuning import TUNING
@@ -43,7 +43,8 @@ class YawCamera:
         lens
             Focal length, field of view or calibration of the camera.
         rotate_180
-            Whether the camera is mounted upside down.
+            Whether the camera is mounted upside down. The frames are upright all the same, but its
+            calibration is not.
         mask
             Weight of each pixel of the frames, (H, W), 0 to 1.
         learning
@@ -118,8 +119,7 @@ class YawCamera:
     @property
     def model(self) -> CameraModel:
         """Return the camera model of the upright image, for frames like the newest one."""
-        camera = self.lens.camera_for((self._shape[0], self._shape[1]))
-        return camera.turned_180() if self.rotate_180 and self.lens.camera else camera
+        return self._model_of(self.lens, self._shape)
 
     @property
     def width(self) -> int:
@@ -145,17 +145,21 @@ class YawCamera:
         self._meter = self._learning = self._newest_frame = None
         return factor
 
-    def set_upside_down(self, upside_down: bool) -> None:
-        """Continue with the camera mounted this way up; the next frame is the first of a pair."""
-        if upside_down != self.rotate_180:
-            self.rotate_180 = upside_down
-            self._meter = None
-            if self.lens != self.given:
-                self.lens = self.lens.turned_180()
-            if self._learning is not None:
-                # The learned tilt applies to the other mounting.
-                self._learning.forget()
-            self._update_learning_mask()
+    def turn_over(self, mask: NDArray[np.float32] | None) -> None:
+        """
+        Continue with the camera mounted the other way up, and the mask of the upright frames.
+
+        The next frame is the first of a pair.
+        """
+        self.rotate_180 = not self.rotate_180
+        self._weights = PixelWeights(mask)
+        self._meter = None
+        if self.lens != self.given:
+            self.lens = self.lens.turned_180()
+        if self._learning is not None:
+            # The learned tilt applies to the other mounting.
+            self._learning.forget()
+        self._update_learning_mask()
 
     def exclude(self, weights: NDArray[np.uint8] | None) -> None:
         """
@@ -209,8 +213,7 @@ class YawCamera:
             seen = None if measurement is None or measurement.is_traffic else measurement
             yaw = None if seen is None else seen.yaw
             self._learned |= self._learning.update(
-                upright(frame, rotate_180=self.rotate_180),
-                0.0 if yaw is None else self.shift_by(yaw), interval,
+                frame, 0.0 if yaw is None else self.shift_by(yaw), interval,
                 reverses=None if seen is None else seen.reverses)
         if measurement is None:
             return None
@@ -263,7 +266,7 @@ class YawCamera:
 
     def _update_learning_mask(self) -> None:
         if self._learning is not None:
-            self._learning.use_mask(self._weights.as_seen(rotate_180=self.rotate_180))
+            self._learning.use_mask(self._weights.in_8_bits)
 
     def _adopt(self, lens: Lens) -> float | None:
         """Continue with the lens learned from the drive, if it differs or is known better."""
@@ -291,14 +294,16 @@ class YawCamera:
         level_before, level = math.cos(before.horizon.pitch), math.cos(lens.horizon.pitch)
         return level_before / level / lens.focal_ratio(before, self.width)
 
+    def _model_of(self, lens: Lens, shape: tuple[int, ...]) -> CameraModel:
+        # Numbers and estimates describe the upright image, calibrations the camera.
+        camera = lens.camera_for((shape[0], shape[1]))
+        return camera.turned_180() if self.rotate_180 and lens.camera else camera
+
     def _make_meter(self, frame: NDArray[np.uint8], lens: Lens) -> YawMeter:
         if self._weights.mask is not None:
             check_size(frame, self._weights.mask)
-        camera = lens.camera_for((frame.shape[0], frame.shape[1]))
-        if self.rotate_180 and not lens.camera:
-            # Numbers and estimates describe the upright image, calibrations the frames.
-            camera = camera.turned_180()
-        projection = CylinderProjection(camera, rotate_180=self.rotate_180)
+        camera = self._model_of(lens, frame.shape)
+        projection = CylinderProjection(camera)
         # Another column of the principal point does not change the pitch.
         before = self._meter if lens.horizon == self.lens.horizon else None
         meter = YawMeter(

@@ -53,15 +53,14 @@ class GroundPatch:
 
     def __init__(
         self, camera: CameraModel, levelling: Numbers, stretch: tuple[float, float], *,
-        rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
+        mask: NDArray[np.float32] | None = None,
     ) -> None:
         """
         Compute the mapping from a frame to the patch.
 
         ``camera`` is the model of the upright image, ``levelling`` as in ``stretches``,
-        ``stretch`` the start and the end of the patch ahead, in camera heights. The frames are
-        upside down with ``rotate_180``, and ``mask`` is the weight of each of their pixels, (H,
-        W), 0 to 1.
+        ``stretch`` the start and the end of the patch ahead, in camera heights, and ``mask``
+        the weight of each pixel, (H, W), 0 to 1.
         """
         begin, end = stretch
         count = _even((end - begin) / CELL)
@@ -76,11 +75,8 @@ class GroundPatch:
         across = _even(2.0 * TUNING.half_width / CELL)
         self._aside = CELL * (np.arange(across) - (across - 1) / 2)
         sight = _seen(camera, levelling, *np.meshgrid(self._aside, ahead))
-        columns, rows = sight.columns, sight.rows
-        if rotate_180:
-            columns, rows = camera.width - 1 - columns, camera.height - 1 - rows
         self._maps = cv2.convertMaps(
-            columns.astype(np.float32), rows.astype(np.float32), cv2.CV_16SC2)
+            sight.columns.astype(np.float32), sight.rows.astype(np.float32), cv2.CV_16SC2)
         self._levelling = levelling
         self.window = self._weights(sight.seen[self.max_offset:], mask)
         """Weight of each cell, (M, N)."""

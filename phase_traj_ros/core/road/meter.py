@@ -33,21 +33,18 @@ class RoadMeter:
     """Measures the distance that a camera travels between frames."""
 
     def __init__(
-        self, camera: CameraModel, horizon: Horizon, *, rotate_180: bool = False,
-        mask: NDArray[np.float32] | None = None, speed_filter: SpeedFilter | None = None,
-        pitch: CameraPitch | None = None,
+        self, camera: CameraModel, horizon: Horizon, *, mask: NDArray[np.float32] | None = None,
+        speed_filter: SpeedFilter | None = None, pitch: CameraPitch | None = None,
     ) -> None:
         """
         Make a meter that waits for its first frame.
 
         ``camera`` is the model of the upright image, ``horizon`` its prior tilt relative to the
-        road. The frames are upside down with ``rotate_180``, and ``mask`` is the weight of each of
-        their pixels, (H, W), 0 to 1.
-        ``speed_filter`` holds the prior speed, ``pitch`` the pitch of the camera if it is known
-        better than by the horizon.
+        road, and ``mask`` the weight of each pixel, (H, W), 0 to 1. ``speed_filter`` holds the
+        prior speed, ``pitch`` the pitch of the camera if it is known better than by the horizon.
         """
         self._horizon = horizon
-        self._view = RoadView(camera, horizon, rotate_180=rotate_180, mask=mask)
+        self._view = RoadView(camera, horizon, mask=mask)
         self.pitch = CameraPitch(horizon) if pitch is None else pitch
         """Pitch of the camera relative to the road."""
         self.speed_filter = SpeedFilter() if speed_filter is None else speed_filter

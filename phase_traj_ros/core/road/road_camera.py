@@ -76,8 +76,7 @@ class RoadCamera:
                 pitch = before.pitch
         self._form, self._meter = form, RoadMeter(
             camera.model, lens.horizon.with_given(pitch_deg=self._pitch_deg),
-            rotate_180=camera.rotate_180, mask=camera.pixel_weights, speed_filter=speeds,
-            pitch=pitch)
+            mask=camera.pixel_weights, speed_filter=speeds, pitch=pitch)
         if self._newest is not None and self._newest.shape == frame.shape:
             self._meter.start(self._newest, camera.roll.on_road)
         return self._meter

@@ -19,12 +19,11 @@ class RoadView:
     """Projects frames to the near and the far patch of the road, with that of the keyframe."""
 
     def __init__(
-        self, camera: CameraModel, horizon: Horizon, *, rotate_180: bool,
-        mask: NDArray[np.float32] | None,
+        self, camera: CameraModel, horizon: Horizon, *, mask: NDArray[np.float32] | None,
     ) -> None:
         """Prepare a view without patches; the arguments are those of ``RoadMeter``."""
         self._camera, self._horizon = camera, horizon
-        self._rotate_180, self._mask = rotate_180, mask
+        self._mask = mask
         self._matchers: tuple[PatchMatcher, ...] | None = None
         self.pitch = self._azimuth = 0.0
         """Pitch of the camera for which the patches are made, in radians, positive down."""
@@ -67,9 +66,7 @@ class RoadView:
         levelling = replace(self._horizon, pitch=pitch).levelling(azimuth)
         seen = stretches(self._camera, levelling)
         patches = [
-            GroundPatch(self._camera, levelling, stretch, rotate_180=self._rotate_180,
-                        mask=self._mask)
-            for stretch in seen]
+            GroundPatch(self._camera, levelling, stretch, mask=self._mask) for stretch in seen]
         # One for both: the difference of their depths gives the pitch.
         least = TUNING.least_offset * (seen[0][1] - seen[0][0]) if seen else 0.0
         self._matchers = tuple(

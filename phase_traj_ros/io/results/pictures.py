@@ -98,7 +98,7 @@ class LeftOutPicture(Watcher):
         grey = _small(frame, estimator, self._width)
         picture = cast('Picture', cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR))
         fixed = cv2.resize(left_out, grey.shape[::-1], interpolation=cv2.INTER_NEAREST)
-        shade(picture, cast('Picture', fixed), rotate_180=estimator.settings.view.rotate_180)
+        shade(picture, cast('Picture', fixed))
         return _jpeg(picture)
 
 
@@ -125,11 +125,10 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
     between lines at +T and -T, a quarter of the width away. Codes, response and distance are above
     it, the correlation map is in the lower right corner.
     """
-    view = estimator.settings.view
     picture = cast('Picture', cv2.cvtColor(
-        as_shown(frame.image, rotate_180=view.rotate_180), cv2.COLOR_GRAY2BGR))
+        as_shown(frame.image, rotate_180=estimator.settings.view.rotate_180), cv2.COLOR_GRAY2BGR))
     if estimator.left_out is not None:
-        shade(picture, estimator.left_out, rotate_180=view.rotate_180)
+        shade(picture, estimator.left_out)
     _draw_shift(picture, update, estimator.settings.threshold_set)
     if update.shift is not None:
         _draw_map(picture, estimator)
@@ -137,13 +136,9 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
     return picture
 
 
-def shade(picture: Picture, left_out: NDArray[np.uint8], *, rotate_180: bool) -> None:
-    """
-    Shade the masked-out areas of an upright BGR image, (H, W, 3).
-
-    ``left_out`` (H, W) is 0 in these areas; it applies to the frame as delivered by the camera.
-    """
-    fixed = (left_out[::-1, ::-1] if rotate_180 else left_out) == 0
+def shade(picture: Picture, left_out: NDArray[np.uint8]) -> None:
+    """Shade areas of a BGR image, (H, W, 3): those where ``left_out``, (H, W), is 0."""
+    fixed = left_out == 0
     tinted = (1 - _SHADE) * picture[fixed] + _SHADE * np.array(_FIXED)
     picture[fixed] = tinted.astype(np.uint8)
 

@@ -21,17 +21,6 @@ import pytest
 from turning_camera import follow, TENTH, turning
 
 
-@pytest.mark.parametrize('upside_down', [False, True])
-def test_a_camera_is_learned_from_upright_frames(upside_down):
-    frame = np.random.default_rng(0).integers(0, 255, (90, 160)).astype(np.uint8)
-    seen, learning = [], LensCalibration()
-    learning.update = lambda frame, shift_px, interval, *, reverses: bool(seen.append(frame))
-    compass = VisualCompass(YawCamera(
-        Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, learning=learning))
-    compass.camera.measure(frame[::-1, ::-1].copy() if upside_down else frame, 0.1)
-    assert np.array_equal(seen, [frame])
-
-
 def test_every_stamp_is_told_to_what_is_learned():
     told, learning = [], LensCalibration()
     learning.add_stamp = told.append
@@ -97,19 +86,15 @@ def test_a_camera_is_learned_once_a_turn_has_told():
     assert VisualCompass(YawCamera(Lens(hfov_deg=75.0))).camera.learned is None
 
 
-@pytest.mark.parametrize('upside_down', [False, True])
-def test_a_camera_is_learned_from_what_is_neither_masked_nor_fixed(upside_down):
+def test_a_camera_is_learned_from_what_is_neither_masked_nor_fixed():
     mask, fixed = np.ones((2, 3), np.float32), np.full((2, 3), 255, np.uint8)
     mask[0, 0], fixed[1, 0] = 0.0, 0
     learning, masks = LensCalibration(), []
     learning.use_mask = masks.append
     compass = VisualCompass(YawCamera(
-        Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, mask=mask, learning=learning))
+        Lens(hfov_deg=75.0, assumed=True), mask=mask, learning=learning))
     compass.camera.exclude(fixed)
-    # Points are tracked in the upright frame.
-    upright = slice(None, None, -1) if upside_down else slice(None)
-    seen = [each[upright, upright].tolist() for each in masks]
-    assert seen == [
+    assert [each.tolist() for each in masks] == [
         [[0, 255, 255], [255, 255, 255]], [[0, 255, 255], [0, 255, 255]]]
 
 
@@ -159,7 +144,7 @@ def test_a_camera_learned_upside_down_is_the_same_one_the_right_way_up():
     camera = YawCamera(Lens(hfov_deg=75.0, assumed=True), learning=_Told(learned))
     follow(VisualCompass(camera), frames[:3])
     assert camera.lens == Lens(estimate=learned)
-    camera.set_upside_down(True)
+    camera.turn_over(None)
     assert camera.lens == Lens(estimate=replace(learned, column_px=-24.0, pitch_deg=-6.0))
     assert VisualCompass(camera).camera.measure(frames[3], 0.1) is None
 

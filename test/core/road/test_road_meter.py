@@ -257,20 +257,6 @@ def test_a_pair_without_a_motion_is_not_counted_twice(step):
     assert sum(travel.distance for travel in travels) == pytest.approx(23 * step, rel=0.03)
 
 
-def test_upside_down_is_all_the_same():
-    road = Road(PINHOLE)
-    one, other = RoadMeter(PINHOLE, Horizon()), RoadMeter(PINHOLE, Horizon(), rotate_180=True)
-    for index in range(6):
-        frame = road.seen(0.4 * index)
-        turned = np.ascontiguousarray(frame[::-1, ::-1])
-        if index == 0:
-            one.start(frame)
-            other.start(turned)
-            continue
-        assert other.update(turned, 0.1, motion()).distance == pytest.approx(
-            one.update(frame, 0.1, motion()).distance, rel=1e-3)
-
-
 def test_a_curve_of_the_road_is_forgotten_at_a_reset():
     road = Road(PINHOLE)
     fresh, used = (RoadMeter(PINHOLE, SURE) for _ in range(2))

@@ -92,16 +92,6 @@ def test_follows_it_when_frames_are_lost():
     assert len(turns) == 2
 
 
-def test_frames_of_a_camera_that_is_upside_down():
-    drive, frames = rendered()
-    meter = YawMeter(cylinder(frames[0].shape, CAMERA.focal, rotate_180=True))
-    yaws = [
-        meter.update(np.ascontiguousarray(frame[::-1, ::-1]), 0.1) for frame in frames[:40]]
-    assert yaws[0] is None
-    assert sum(each.yaw for each in yaws[1:]) == pytest.approx(
-        drive.poses[39, 2], abs=math.radians(1.0))
-
-
 def test_patterns_fixed_to_the_camera_do_not_hold_it():
     drive, frames = rendered()
     spoilt = []

@@ -109,8 +109,8 @@ def test_the_debug_picture_shades_it_too(barred):
     clear = np.zeros((4, 6, 3), np.uint8)
     corner = np.full((4, 6), 255, np.uint8)
     corner[0, 0] = 0
-    shade(clear, corner, rotate_180=True)
-    assert np.flatnonzero(clear.any(axis=2)).tolist() == [23]
+    shade(clear, corner)
+    assert np.flatnonzero(clear.any(axis=2)).tolist() == [0]
 
 
 def test_a_snapshot_and_the_diagnostics_contain_it(tmp_path):
