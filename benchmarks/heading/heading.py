@@ -39,7 +39,7 @@ from benchmarks.shared.report import (
 from benchmarks.shared.timing import bystanders, prepare, ratios, take_turns
 import cv2
 import numpy as np
-from phase_traj_ros.core import CodeSource, PhaseCorrelator, Window
+from phase_traj_ros.core import CodeSource, PhaseCorrelator
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.lens_family import OneNumberLens
 from phase_traj_ros.core.camera.model import CameraModel
@@ -196,15 +196,12 @@ def alternatives(real: Sequence[Ride]) -> str:
     upper = replace(whole, below_deg=3.0)
     ways: dict[str, Callable[[Ride], np.ndarray]] = {
         'whole frame, no cylinder': _flat,
-        'cylinder, whole frame': lambda ride: _shift(ride, whole, Window.SQRT_HANN),
-        'cylinder, down to 3° below the horizon': lambda ride: _shift(
-            ride, upper, Window.SQRT_HANN),
-        'the same, Hann window': lambda ride: _shift(ride, upper, Window.HANN),
-        'the same, Tukey window': lambda ride: _shift(ride, upper, Window.TUKEY),
-        'the same, Hann window, 20° about the middle': lambda ride: _shift(
-            ride, replace(upper, side_deg=20.0), Window.HANN),
-        'the same, Hann window, 10° about the middle': lambda ride: _shift(
-            ride, replace(upper, side_deg=10.0), Window.HANN),
+        'cylinder, whole frame': lambda ride: _shift(ride, whole),
+        'cylinder, down to 3° below the horizon': lambda ride: _shift(ride, upper),
+        'the same, 20° about the middle': lambda ride: _shift(
+            ride, replace(upper, side_deg=20.0)),
+        'the same, 10° about the middle': lambda ride: _shift(
+            ride, replace(upper, side_deg=10.0)),
         '**cylinder and blocks**': lambda ride: follow(ride)[0].headings,
     }
     groups = [rides for rides in (real, made) if rides]
@@ -308,12 +305,12 @@ def _flat(ride: Ride) -> np.ndarray:
     return np.array(headings)
 
 
-def _shift(ride: Ride, tuning: CameraTuning, window: Window) -> np.ndarray:
+def _shift(ride: Ride, tuning: CameraTuning) -> np.ndarray:
     """Return the heading from the shift on the cylinder alone."""
     projection = CylinderProjection(
         CameraModel.pinhole((ride.camera.height, ride.camera.width), ride.camera.focal),
         tuning=tuning)
-    correlator, headings = PhaseCorrelator(window=window), [0.0]
+    correlator, headings = PhaseCorrelator(), [0.0]
     for frame in ride.frames():
         shift = correlator.update(projection(frame))
         if shift is not None:

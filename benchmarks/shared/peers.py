@@ -42,8 +42,8 @@ class Peer(Protocol):
 class Ours:
     """The phase correlation of this package."""
 
-    def __init__(self, **options: Any) -> None:
-        self._correlator = PhaseCorrelator(**options)
+    def __init__(self) -> None:
+        self._correlator = PhaseCorrelator()
 
     def update(self, frame: np.ndarray) -> float | None:
         """Return dx."""

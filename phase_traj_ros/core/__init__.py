@@ -30,9 +30,7 @@ from phase_traj_ros.core.codes.text import (
 )
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
-from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.correlation.view import View
-from phase_traj_ros.core.correlation.windows import Window
 from phase_traj_ros.core.estimator import TrajectoryEstimator
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import find_turns, Turn
@@ -112,14 +110,12 @@ __all__ = [
     'Step',
     'StillnessSettings',
     'TrajectoryEstimator',
-    'TransformLibrary',
     'Travel',
     'TravelState',
     'Turn',
     'Update',
     'View',
     'Way',
-    'Window',
     'find_turns',
     'normalised',
     'pack',

@@ -96,11 +96,13 @@ class PairMeter:
             The mask is invalid (see ``mask_shares``), or it is empty within the view.
 
         """
-        self.mask = None if mask is None else settings.view.upright(mask_shares(mask))
+        self.mask = None if mask is None else mask_shares(mask)
         """Weight of each pixel of the upright image, (H, W), 0 to 1; None if all count equally."""
         self.camera: YawCamera | None = None
         """The camera that measures the yaw; None if no lens is known."""
         self._settings = settings
+        if settings.view.rotate_180:
+            self._turn_mask_over()
         self.check(settings)
         self._format: tuple[tuple[int, ...], str, str] | None = None
         self._cuts = CutDetector()
@@ -132,8 +134,8 @@ class PairMeter:
         """Apply other settings, which ``check`` has accepted."""
         before, self._settings = self._settings, settings
         turns_over = settings.view.rotate_180 != before.view.rotate_180
-        if turns_over and self.mask is not None:
-            self.mask = np.ascontiguousarray(np.flip(self.mask))
+        if turns_over:
+            self._turn_mask_over()
         if turns_over or settings.code_source != before.code_source:
             self._guard = FixedGuard()
             self._exclude()
@@ -286,6 +288,10 @@ class PairMeter:
         measured, used = map(self._settings.view.full_shift, (measured, used))
         return Comparison(measured, yaw, quality, used.dx, agreement, cut=cut)
 
+    def _turn_mask_over(self) -> None:
+        if self.mask is not None:
+            self.mask = np.ascontiguousarray(self.mask[::-1, ::-1])
+
     def _gap(self, interval: float) -> bool:
         return 0.0 < self._settings.max_gap < interval
 
@@ -310,6 +316,8 @@ class PairMeter:
             self.camera.exclude(self.excluded)
 
     def _exclude_from_quality(self) -> None:
+        if not self._quality.needs_frames:
+            return
         weights = self.excluded
         self._quality.exclude(None if weights is None else self._settings.view.of(weights))
 

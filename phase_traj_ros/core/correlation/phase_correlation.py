@@ -21,8 +21,8 @@ from phase_traj_ros.core.correlation.spectrum import (
     padded_shape,
     ROUNDING,
 )
-from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
-from phase_traj_ros.core.correlation.windows import Window, window_2d
+from phase_traj_ros.core.correlation.transforms import find_transform
+from phase_traj_ros.core.correlation.windows import window_2d
 from phase_traj_ros.errors import FrameError
 
 Frame = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
@@ -62,26 +62,19 @@ class PhaseCorrelator:
     inverse transform. Nothing of a frame's size is allocated after the first frame.
     """
 
-    def __init__(
-        self, *, window: Window = Window.SQRT_HANN, mask: ArrayLike | None = None,
-        transform: TransformLibrary = TransformLibrary.AUTO,
-    ) -> None:
+    def __init__(self, *, mask: ArrayLike | None = None) -> None:
         """
         Make a correlator; it takes the size of the frames from the first one.
 
-        ``window`` is the taper of the frames, ``mask`` the weight of each of their pixels, (H, W),
-        0 to 1 or 0 to 255, and ``transform`` the library that computes the transforms.
+        ``mask`` is the weight of each of their pixels, (H, W), 0 to 1 or 0 to 255.
 
         Raises
         ------
         ValueError
             The mask is not (H, W), holds a negative value, NaN or infinity, or is empty.
-        MissingDependencyError
-            The library is not installed.
 
         """
-        self._transforms = find_transform(transform)
-        self._window_form = window
+        self._transforms = find_transform()
         self._mask = None if mask is None else mask_weights(mask)
         self._shape = (0, 0)
         self._primed = False
@@ -184,7 +177,7 @@ class PhaseCorrelator:
     def _allocate(self, shape: tuple[int, int]) -> None:
         padded = padded_shape(shape)
         self._shape = shape
-        self._window = window_2d(self._window_form, shape)
+        self._window = window_2d(shape)
         if self._mask is not None:
             self._window *= self._mask
             self._window_sum = float(self._window.sum(dtype=np.float64))

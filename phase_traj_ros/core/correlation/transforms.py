@@ -10,7 +10,6 @@ no other module depends on the library.
 """
 
 from contextlib import suppress
-from enum import Enum
 from functools import cache
 import importlib
 from typing import Any
@@ -19,15 +18,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.errors import MissingDependencyError
-
-
-class TransformLibrary(Enum):
-    """Which library computes the transforms."""
-
-    AUTO = 'auto'
-    """OpenCV if it contains Intel's transforms or scipy is not installed, otherwise scipy."""
-    OPENCV = 'opencv'
-    SCIPY = 'scipy'
 
 
 class OpenCvTransform:
@@ -128,21 +118,13 @@ def transform_hint() -> str:
 
 
 @cache
-def find_transform(library: TransformLibrary = TransformLibrary.AUTO) -> Transform:
+def find_transform() -> Transform:
     """
-    Return the transforms of ``library``.
+    Return the fastest transforms.
 
-    AUTO depends only on what is installed, so one installation always gives the same shifts.
-
-    Raises
-    ------
-    MissingDependencyError
-        ``library`` is SCIPY, and scipy is not installed.
-
+    They depend only on what is installed, so one installation always gives the same shifts.
     """
-    if library is TransformLibrary.SCIPY:
-        return ScipyTransform()
-    if library is TransformLibrary.AUTO and not opencv_has_intels():
+    if not opencv_has_intels():
         with suppress(MissingDependencyError):
             return ScipyTransform()
     return OpenCvTransform()

@@ -15,8 +15,6 @@ class CorrelationTuning:
 
     feather: float = 1 / 160
     """Width of the soft edge around masked-out areas, as a share of the diagonal of the frame."""
-    tukey_taper: float = 0.25
-    """Share of a side that the Tukey window tapers, both ends together."""
 
     zero_px: float = 0.75
     """A peak within this shift along each axis may be that of a fixed pattern, ..."""

@@ -66,7 +66,7 @@ class View:
             return frame
         turned = np.ascontiguousarray(np.flip(frame))
         turned.flags.writeable = False
-        return turned
+        return turned  # type: ignore[return-value]
 
     def of(self, frame: Frame) -> Frame:
         """Return ``frame``, (H, W), as it is correlated; see ``reduced``."""

@@ -82,9 +82,7 @@ class FixedAreas:
         """
         if self.share == 0.0:
             return None
-        height, width = self._shape
-        return cv2.resize(  # type: ignore[return-value]
-            255 - 255 * self._fixed, (width, height), interpolation=cv2.INTER_NEAREST)
+        return self._samples.enlarged(255 - 255 * self._fixed, self._shape)
 
     def update(self, frame: Frame, interval: float, *, turned: float = 0.0) -> bool:
         """
@@ -132,7 +130,7 @@ class FixedAreas:
         moved = np.full_like(changed, TUNING.full_change)
         if self._samples.turned <= TUNING.full_shift_px:
             about = (2 * TUNING.change_radius_cells + 1, 2 * TUNING.change_radius_cells + 1)
-            moved = cv2.blur(changed, about) / np.maximum(cv2.blur(energy, about), 1e-6)
+            moved = np.divide(cv2.blur(changed, about), np.maximum(cv2.blur(energy, about), 1e-6))
         full = TUNING.full_change - TUNING.min_change
         moved = np.clip((moved - TUNING.min_change) / full, 0.0, 1.0)
         height, width = self._samples.shape

@@ -89,9 +89,19 @@ class PictureSamples:
         """
         every = TUNING.noise_rows * self._times
         upper, lower = (
-            np.asarray(frame[first::every], np.float32) for first in range(2))
+            np.asarray(frame[row::every], np.float32) for row in range(2))
         differences = np.diff(upper[:len(lower)] - lower, axis=1)
         return float(np.median(np.abs(differences))) / (2.0 * 0.6745)
+
+    def enlarged(
+        self, values: NDArray[np.uint8], shape: tuple[int, int],
+    ) -> NDArray[np.uint8]:
+        """Return values of a sample's pixels, (h, w), for those of a frame of this shape."""
+        times = self._times
+        large = np.repeat(np.repeat(values, times, axis=0), times, axis=1)
+        # A rest on the right and at the bottom is in no sample.
+        return np.pad(
+            large, [(0, whole - used) for whole, used in zip(shape, large.shape)], mode='edge')
 
     def cell_means(self, values: Plane) -> Plane:
         """Return the means of values (h, w) over the cells, of which there are a few thousand."""
@@ -112,5 +122,6 @@ def _differentiated(picture: Plane, *, noise: float) -> Plane:
     length = np.sqrt(energy + soft)
     # The mean of the share that noise adds, if the energy is that of noise alone.
     added = _SOBEL_NOISE * noise ** 2
-    return np.stack(
-        [across / length, down / length, energy / (energy + soft), added / (energy + soft + added)])
+    return np.stack([
+        across / length, down / length, energy / (energy + soft),
+        added / (energy + soft + added)])

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens_family import Numbers
 from phase_traj_ros.core.camera.model import CameraModel, ImagePoints
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.correlation.windows import Window, window_2d
+from phase_traj_ros.core.correlation.windows import window_2d
 from phase_traj_ros.core.road.tuning import TUNING
 
 CELL = 0.03
@@ -81,7 +81,7 @@ class GroundPatch:
         self.window = self._weights(sight.seen[self.max_offset:], mask)
         """Weight of each cell, (M, N)."""
         total = float(self.window.sum())
-        self.share = total / float(window_2d(Window.SQRT_HANN, self.shape).sum())
+        self.share = total / float(window_2d(self.shape).sum())
         """Share of the patch that is visible and not masked out, 0 to 1."""
         self.depth = float(self._ahead @ self.window.sum(axis=1)) / max(total, 1e-9)
         """Weighted mean distance of the patch ahead, in camera heights."""
@@ -144,7 +144,7 @@ class GroundPatch:
             counts *= self._remapped(mask)
         # A hard edge would be a pattern that never moves.
         soft = cv2.blur(cv2.erode(counts, np.ones((5, 5), np.uint8)), (5, 5))
-        return window_2d(Window.SQRT_HANN, self.shape) * np.asarray(soft, np.float32)
+        return window_2d(self.shape) * np.asarray(soft, np.float32)
 
 
 def rotation(yaw: float, pitch: float, roll: float) -> Numbers:

@@ -8,7 +8,8 @@ import tracemalloc
 import cv2
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
-from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
+from phase_traj_ros.core.correlation import phase_correlation
+from phase_traj_ros.core.correlation.transforms import OpenCvTransform, ScipyTransform
 from phase_traj_ros.errors import MissingDependencyError
 import pytest
 
@@ -50,13 +51,14 @@ def allocated_by_each_update(correlator, frames):
 @pytest.mark.parametrize('make_frames', [
     partial(noise, np.uint8), partial(noise, np.uint16), partial(noise, np.float32), stripes,
     constant], ids=['uint8', 'uint16', 'float32', 'stripes', 'constant'])
-@pytest.mark.parametrize('library', [TransformLibrary.OPENCV, TransformLibrary.SCIPY])
-def test_an_update_allocates_nothing_of_a_frames_size(make_frames, library):
+@pytest.mark.parametrize('library', [OpenCvTransform, ScipyTransform])
+def test_an_update_allocates_nothing_of_a_frames_size(make_frames, library, monkeypatch):
     try:
-        find_transform(library)
+        transforms = library()
     except MissingDependencyError:
         pytest.skip('scipy is not installed')
-    correlator = PhaseCorrelator(transform=library)
+    monkeypatch.setattr(phase_correlation, 'find_transform', lambda: transforms)
+    correlator = PhaseCorrelator()
     frames = make_frames()
     # The first frame and the first pair make the permanent allocations.
     for frame in frames:

@@ -9,6 +9,7 @@ import numpy as np
 import overlays
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.fixed.fixed_areas import FixedAreas
+from phase_traj_ros.core.fixed.picture_samples import PictureSamples
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import night, sensor_noise
 import pytest
@@ -210,6 +211,16 @@ def test_another_size_restarts_learning(right):
     assert areas.weights().shape == (240, 320)
     areas.update(barred[0][:120], 1 / RATE)
     assert (areas.weights(), areas.share) == (None, 0.0)
+
+
+@pytest.mark.parametrize('shape', [(416, 1301), (376, 1241), (1080, 1920), (90, 120)])
+def test_what_is_found_in_samples_is_left_out_where_it_is(shape):
+    samples = PictureSamples(shape)
+    where = np.zeros(shape, np.uint8)
+    where[20:60, shape[1] - 40:] = 255
+    samples.take(where, 0.0, 0.0)
+    seen = (samples.picture > 0.5 * samples.picture.max()).astype(np.uint8)
+    assert (samples.enlarged(seen, shape) != where / 255).mean() < 0.005
 
 
 def test_an_interruption_compares_no_frames_across_it(right):

@@ -9,7 +9,6 @@ from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.frames.pixel_weights import PixelWeights
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_camera import YawCamera
-import pytest
 
 MASK = np.ones((8, 10), np.float32)
 MASK[:, 5:] = 0.5

@@ -4,13 +4,13 @@
 
 import cv2
 import numpy as np
-from phase_traj_ros.core.correlation.windows import Window, window_2d
+from phase_traj_ros.core.correlation.windows import window_2d
 from phase_traj_ros.core.road.patch_correlator import PatchCorrelator
 from phase_traj_ros.core.road.tuning import TUNING
 import pytest
 
 SHAPE = 90, 140
-WINDOW = window_2d(Window.SQRT_HANN, SHAPE)
+WINDOW = window_2d(SHAPE)
 
 
 def road(seed=0):
