@@ -33,7 +33,8 @@ def manager(context):
     """Return the manager, in the namespace of the node."""
     given = context.launch_configurations
     start = node_start(
-        {**given, **UNCONFIGURED}, namespace=given.get('ros_namespace') or '')
+        {**given, **UNCONFIGURED}, namespace=given.get('ros_namespace') or '',
+        params=given.get('global_params', []))
     return [Node(
         package='nav2_lifecycle_manager', executable='lifecycle_manager',
         name='lifecycle_manager_phase_traj', namespace=start.namespace, output='screen',

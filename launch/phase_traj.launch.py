@@ -42,8 +42,7 @@ def nodes(context):
         namespace=configured.get('ros_namespace') or '',
         # The first matching remapping is applied.
         remappings=dict(reversed(configured.get('ros_remaps', []))),
-        params=[each if isinstance(each, tuple) else Path(each)
-                for each in configured.get('global_params', [])])
+        params=configured.get('global_params', []))
     kind = LifecycleNode if start.flags['lifecycle'] else Node
     node = kind(
         package='phase_traj_ros', executable='phase_traj_node', name=start.name,

@@ -28,7 +28,7 @@ AnyNode = TypeVar('AnyNode', bound=Node)
 
 _POLL_S = 0.2
 _PARAMS_FILE = 'params file'
-_NO_LOG = 'failed to initialize logging: '
+_NO_LOG = 'failed to initialize logging: ', 'Failed opening file '
 # What to write, by what rcl calls the argument.
 _WRITE = {
     'remap rule': "write '-r FROM:=TO' with valid names, as in '-r image:=/camera/image_raw'",
@@ -50,12 +50,11 @@ def ros_context(arguments: Sequence[str]) -> Iterator[None]:
 
     """
     try:
-        rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
+        try:
+            rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
+        except RuntimeError as error:
+            raise ParameterError(_explained(str(error))) from None
         yield
-    except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
-        if rclpy.ok() and _NO_LOG not in str(error):
-            raise
-        raise ParameterError(_explained(str(error))) from None
     finally:
         rclpy.try_shutdown()
 
@@ -65,7 +64,7 @@ def _explained(message: str) -> str:
     # The rest of the message is the position in the C sources.
     reason = ' '.join(message.split(', at /')[0].split())
     if reason.startswith(_NO_LOG):
-        return (f'ROS cannot log: {reason.removeprefix(_NO_LOG)}: set ROS_LOG_DIR or HOME to a'
+        return (f'ROS cannot log: {reason.removeprefix(_NO_LOG[0])}: set ROS_LOG_DIR or HOME to a'
                 ' folder that can be written')
     unknown = re.match(r"\['([^']*)'", reason)
     if unknown:

@@ -308,19 +308,16 @@ def test_the_figure_of_two_frames_does_not_become_a_third(run, folder):
     result = run('inspect', '0.png', '1.png', '--output', 'a.png', cwd=folder)
     assert result.returncode == 2 and 'would lie beside the frames' in result.stderr
     result = run('inspect', '0.png', '1.png', cwd=folder)
-    assert result.returncode == 0 and 'written to ../correlation.png' in result.stdout
+    assert result.returncode == 0 and result.stdout.startswith('dx ')
     figure = folder.parent / 'correlation.png'
-    assert figure.exists()
-    assert sorted(os.listdir(folder)) == before
-    result = run('inspect', '0.png', figure, cwd=folder)
+    assert sorted(os.listdir(folder)) == before and not figure.exists()
+    result = run('inspect', '0.png', figure, '--output', figure, cwd=folder)
     assert result.returncode == 2 and 'would lie beside the frames' in result.stderr
-    # Only a file that the call names is replaced without a word.
+    # A file that the call names is replaced.
     figure.write_text('mine')
-    result = run('inspect', '0.png', '1.png', cwd=folder)
-    assert result.returncode == 2 and figure.read_text() == 'mine'
-    assert 'choose another --output, or replace it with --force' in result.stderr
-    assert run('inspect', '0.png', '1.png', '--output', figure, cwd=folder).returncode == 0
-    assert run('inspect', '0.png', '1.png', '--force', cwd=folder).returncode == 0
+    result = run('inspect', '0.png', '1.png', '--output', figure, cwd=folder)
+    assert result.returncode == 0 and f'written to {figure}' in result.stdout
+    assert figure.read_bytes()[1:4] == b'PNG'
 
 
 def test_inspect_says_what_to_give(refused, folder, tmp_path):
@@ -336,7 +333,8 @@ def test_inspect_says_what_to_give(refused, folder, tmp_path):
 
 def test_a_missing_package_is_named_and_a_broken_installation_told(refused, folder, monkeypatch):
     monkeypatch.setitem(sys.modules, 'matplotlib', None)
-    problem = refused('inspect', folder / '0.png', folder / '1.png')
+    problem = refused(
+        'inspect', folder / '0.png', folder / '1.png', '--output', folder.parent / 'map.png')
     assert 'the Python package matplotlib is missing: install ' in problem
     monkeypatch.setitem(sys.modules, 'phase_traj_ros.cli.program', None)
     with pytest.raises(ModuleNotFoundError, match=r'cli\.program'):

@@ -58,6 +58,12 @@ def test_a_process_ends_with_the_status_and_the_line(live):
     check_line(live.logs(), "unknown argument '--foo': see --help")
 
 
+def test_a_process_that_cannot_write_its_log_says_so_in_a_line(live, monkeypatch):
+    monkeypatch.setenv('ROS_LOG_DIR', '/proc')
+    assert live.start(lossless=False).wait() == 2
+    check_line(live.logs(), 'set ROS_LOG_DIR or HOME to a folder that can be written')
+
+
 def check_line(log, message):
     said = [line for line in log.splitlines() if '[rcl]' not in line]
     assert len(said) == 1

@@ -3,12 +3,13 @@
 """``phase_traj inspect``: shows the phase correlation of two frames."""
 
 from argparse import ArgumentParser, Namespace
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from phase_traj_ros.cli.options import Command
 from phase_traj_ros.core import PhaseCorrelator
-from phase_traj_ros.errors import ForeignFileError, FrameError, OutputError, SourceError
+from phase_traj_ros.errors import FrameError, OutputError, SourceError
 from phase_traj_ros.io.images.decoding import PICTURE_SUFFIXES, read_picture
 from phase_traj_ros.io.outputs.outputs import output_file
 from phase_traj_ros.io.results.figures import write_correlation_picture
@@ -19,11 +20,10 @@ camera turned left. The response is the height of the peak: 1 for identical fram
 real driving, 0.01 to 0.02 for unrelated frames.
 """
 
-_NAME = 'correlation.png'
-
 COMMAND = Command(
-    'inspect', summary='show the correlation map of two frames',
-    example='phase_traj inspect drive/000100.png drive/000101.png', epilog=_EPILOG)
+    'inspect', summary='show the phase correlation of two frames',
+    example='phase_traj inspect drive/000100.png drive/000101.png --output map.png',
+    epilog=_EPILOG)
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -33,18 +33,15 @@ def add_options(parser: ArgumentParser) -> None:
         'second', metavar='B', type=Path, nargs='?', help='image file of the second frame')
     parser.add_argument(
         '--output', metavar='FILE', type=Path,
-        help=f'figure to write (default: {_NAME}, in the folder above if this is that of the'
-             ' frames)')
-    parser.add_argument(
-        '--force', action='store_true',
-        help=f'replace a {_NAME} that is there already (default: refuse)')
+        help='write the correlation map to this figure, and replace one that is there')
 
 
 def run(options: Namespace) -> None:
     """Run the command."""
     for frame in (options.first, options.second):
         _require_picture(frame)
-    output = _output(options)
+    if options.output is not None:
+        _require_elsewhere(options.output, (options.first, options.second))
     first, second = read_picture(options.first), read_picture(options.second)
     correlator = PhaseCorrelator()
     correlator.update(first)
@@ -53,10 +50,12 @@ def run(options: Namespace) -> None:
         raise FrameError(
             f'the frames differ in size or type: {options.first} is {_size(first)},'
             f' {options.second} is {_size(second)}')
-    with output_file(output, inputs=(options.first, options.second)) as path:
-        write_correlation_picture(first, second, correlator.correlation_map(), shift, path)
+    if options.output is not None:
+        with output_file(options.output, inputs=(options.first, options.second)) as path:
+            write_correlation_picture(first, second, correlator.correlation_map(), shift, path)
     print(f'dx {shift.dx:+.3f} px, dy {shift.dy:+.3f} px, response {shift.response:.4f}')
-    print(f'written to {output}')
+    if options.output is not None:
+        print(f'written to {options.output}')
 
 
 def _require_picture(frame: Path | None) -> None:
@@ -67,20 +66,13 @@ def _require_picture(frame: Path | None) -> None:
             ' takes them from a video')
 
 
-def _output(options: Namespace) -> Path:
-    """Return where the figure goes; it must not become a frame of the folder."""
-    frames = {frame.absolute().parent.resolve() for frame in (options.first, options.second)}
-    output: Path = options.output or Path(_NAME)
-    if options.output is None and Path.cwd() in frames:
-        output = Path('..') / _NAME
+def _require_elsewhere(output: Path, frames: Iterable[Path]) -> None:
+    """Refuse a figure that would become a frame of the folder."""
     folder = output.absolute().parent
-    if folder.resolve() in frames:
+    if folder.resolve() in {frame.absolute().parent.resolve() for frame in frames}:
         raise OutputError(
             f'{output} would lie beside the frames, and a replay of {folder} would read it: choose'
             ' another --output')
-    if options.output is None and output.exists() and not options.force:
-        raise ForeignFileError(f'{output} is there already: choose another --output')
-    return output
 
 
 def _size(image: Any) -> str:

@@ -116,10 +116,10 @@ class FramePlayer(Node):
             self._wait_until_acknowledged(self._calibrations, stop)
         began, first_ns, previous_ns = time.monotonic(), 0, None
         for frame in frames:
-            if frame.stamp_ns >= STAMPS_END_NS:
+            if not -STAMPS_END_NS <= frame.stamp_ns < STAMPS_END_NS:
                 raise OutputError(
                     f'a message cannot hold the stamp {frame.stamp_ns / 1e9:.9f} s: stamps must be'
-                    ' below 2**31 seconds; give --fps')
+                    ' from -2**31 to 2**31 seconds; give --fps')
             step_ns = -1 if previous_ns is None else frame.stamp_ns - previous_ns
             if step_ns > _LONGEST_PAUSE_NS:
                 self.get_logger().warning(

@@ -67,7 +67,7 @@ class NodeStart:
 def node_start(
     arguments: Mapping[str, str], *, namespace: str = '',
     remappings: Mapping[str, str] = MappingProxyType({}),
-    params: Sequence['tuple[str, object] | Path'] = (),
+    params: Sequence['tuple[str, object] | str | Path'] = (),
 ) -> NodeStart:
     """
     Return how to start the node.
@@ -154,21 +154,23 @@ def _own(given: Mapping[str, str], flags: Mapping[str, bool]) -> dict[str, objec
     return own
 
 
-def _of_parent(params: Sequence['tuple[str, object] | Path'], full_name: str) -> dict[str, object]:
+def _of_parent(
+    params: Sequence['tuple[str, object] | str | Path'], full_name: str,
+) -> dict[str, object]:
     """Return the parameters that a parent launch file has set for the node."""
     known: dict[str, object] = {}
     for each in params:
         if isinstance(each, tuple):
             # launch_ros passes it in this form.
             known.update([parse_assignment(f'{each[0]}:={each[1]}')])
-        elif not each.is_file():
+        elif not Path(each).is_file():
             # launch_ros would end with an empty message.
             raise ParameterError(
                 f'SetParametersFromFile has {str(each)!r}, which is not a file: give its path')
         else:
             # It may be for other nodes only.
             with suppress(ParameterError):
-                known.update(values_for(each, full_name))
+                known.update(values_for(Path(each), full_name))
     return known
 
 

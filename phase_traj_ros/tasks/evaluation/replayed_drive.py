@@ -171,8 +171,8 @@ def _read_poses(directory: Path) -> NDArray[np.float64] | None:
     file = directory / 'trajectory.tum'
     if not file.exists():
         return None
-    rows = file.read_text(encoding='utf-8-sig').split('\n')
-    if not any(rows):
+    rows = file.read_text(encoding='utf-8-sig').splitlines()
+    if not any(row.split('#')[0].strip() for row in rows):
         raise ValueError(f'{file.name} is empty')
     x, y, qz, qw = np.loadtxt(rows, usecols=(1, 2, 6, 7), ndmin=2, unpack=True)
     return np.stack([x, y, 2 * np.arctan2(qz, qw)], axis=1)
