@@ -76,6 +76,15 @@ def reading(path: object) -> Iterator[None]:
         raise SourceError(f'{path} cannot be read: it is not a text file') from error
 
 
+@contextmanager
+def needing(what: str, remedy: str) -> Iterator[None]:
+    """Convert the error of an import to a MissingDependencyError: what is missing, what to do."""
+    try:
+        yield
+    except ImportError as error:
+        raise MissingDependencyError(f'{what} ({error}): {remedy}') from None
+
+
 def rosbags_missing(what: str, error: ImportError, *, instead: str = '') -> MissingDependencyError:
     """
     Return the error that names the package to install, and the interpreter to install it for.

@@ -23,6 +23,8 @@ from phase_traj_ros.tasks.batch.job import ReplayRequest
 _OF_NODE = {
     'image_transport': '--topic', 'output_dir': '--output', 'map_file': 'phase_traj locate --map'}
 
+RCLPY_REMEDY = 'source a ROS 2 installation, or install phase_traj_ros[ros]'
+
 SOURCE_HELP = """\
 SOURCE is one of
   a ROS 2 bag       a directory with metadata.yaml, or a single .mcap or .db3 file

@@ -3,7 +3,7 @@
 """Entities of a node that are destroyed together."""
 
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from copy import copy
 from typing import Any
 
@@ -23,7 +23,7 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """A late subscriber receives the last message at once."""
 
 
-class Entities:
+class Entities(AbstractContextManager['Entities']):
     """
     Makes publishers, subscriptions, services and timers on a node, and destroys exactly these.
 
@@ -36,10 +36,6 @@ class Entities:
         """Own nothing yet."""
         self._node = node
         self._made = ExitStack()
-
-    def __enter__(self) -> 'Entities':
-        """Return these entities."""
-        return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         """Destroy the entities if the block has failed."""

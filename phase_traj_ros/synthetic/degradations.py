@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import cv2
 import numpy as np
-from phase_traj_ros.errors import MissingDependencyError
+from phase_traj_ros.errors import needing
 from phase_traj_ros.synthetic.arrays import as_bytes, Bytes, Floats, Ints, Singles
 from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA
 
@@ -125,11 +125,8 @@ def encoded(
         PyAV is not installed.
 
     """
-    try:
+    with needing('compressed films need PyAV', 'install phase_traj_ros[video]'):
         import av
-    except ImportError:
-        raise MissingDependencyError(
-            'compressed films need PyAV: install phase_traj_ros[video]') from None
     (height, width) = (side // 2 * 2 for side in frames[0].shape)
     file = io.BytesIO()
     with av.open(file, 'w', format='matroska') as film:

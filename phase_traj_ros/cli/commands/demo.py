@@ -9,11 +9,11 @@ import math
 from pathlib import Path
 
 from phase_traj_ros.cli.ending import say
-from phase_traj_ros.cli.options import add_force, Command
+from phase_traj_ros.cli.options import add_force, Command, RCLPY_REMEDY
 from phase_traj_ros.cli.report import print_doubts, print_result, progress, turn_words
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
 from phase_traj_ros.core.codes.text import describe
-from phase_traj_ros.errors import MissingDependencyError, ParameterError, ResultError
+from phase_traj_ros.errors import needing, ParameterError, ResultError
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.io.maps.write_osm import write_osm
@@ -81,12 +81,8 @@ def run(options: Namespace) -> None:
                                  ' --paper')
         _run_on_map(options)
         return
-    try:
+    with needing('the demo needs rclpy', RCLPY_REMEDY):
         from phase_traj_ros.ros.playback.live_run import run_live
-    except ImportError as error:
-        raise MissingDependencyError(
-            f'the demo needs rclpy ({error}): source a ROS 2 installation, or install'
-            ' phase_traj_ros[ros]') from None
     drive = named_drive(options.drive)
     parameters = Parameters(camera_height=drive.camera.above_ground)
     if options.paper:

@@ -7,15 +7,17 @@ from collections.abc import Iterator
 from contextlib import closing
 import math
 
-from phase_traj_ros.cli.options import add_source, Command, number, SOURCE_HELP, source_of
+from phase_traj_ros.cli.options import (
+    add_source,
+    Command,
+    number,
+    RCLPY_REMEDY,
+    SOURCE_HELP,
+    source_of,
+)
 from phase_traj_ros.cli.report import progress, warn
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.errors import (
-    CalibrationError,
-    MissingDependencyError,
-    OutputError,
-    SourceError,
-)
+from phase_traj_ros.errors import CalibrationError, needing, OutputError, SourceError
 from phase_traj_ros.io.sources.base import FrameSource, StampedFrame, UnreadableFrame
 from phase_traj_ros.io.sources.prefetch import prefetch
 
@@ -78,14 +80,10 @@ def run(options: Namespace) -> None:
     """Run the command."""
     if options.wait is None:
         options.wait = _WAIT_LOSSLESS_S if options.lossless else _WAIT_S
-    try:
+    with needing('playing needs rclpy', RCLPY_REMEDY):
         from phase_traj_ros.ros.playback.player import FramePlayer
         from phase_traj_ros.ros.spin import names_explained, ros_context, spinning
         from phase_traj_ros.ros.startup.signals import stop_on_signals
-    except ImportError as error:
-        raise MissingDependencyError(
-            f'playing needs rclpy ({error}): source a ROS 2 installation, or install'
-            ' phase_traj_ros[ros]') from None
     with (source_of(options, options.source) as source, stop_on_signals() as stop,
             ros_context(['--ros-args', *options.ros_args])):
         with names_explained():

@@ -8,7 +8,7 @@ import sys
 from typing import Any
 
 import numpy as np
-from phase_traj_ros.errors import MapError, MissingDependencyError
+from phase_traj_ros.errors import MapError, needing
 from phase_traj_ros.io.maps.limits import BYTES_PER_NODE, check_box, check_nodes
 from phase_traj_ros.io.maps.road_classes import is_road, one_way, OsmWay, Roads
 
@@ -25,13 +25,11 @@ def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
         pyosmium is not installed.
 
     """
-    try:
+    with needing(
+            'maps as .osm.pbf need pyosmium', 'install it for the interpreter that runs this,'
+            f' {sys.executable} -m pip install osmium (apt: python3-pyosmium), or give the'
+            ' map as .osm, .osm.gz or .osm.bz2'):
         osmium = import_module('osmium')
-    except ImportError as error:
-        raise MissingDependencyError(
-            f'maps as .osm.pbf need pyosmium ({error}): install it for the interpreter that runs'
-            f' this, {sys.executable} -m pip install osmium (apt: python3-pyosmium), or give the'
-            ' map as .osm, .osm.gz or .osm.bz2') from None
     check_nodes(path, path.stat().st_size // BYTES_PER_NODE)
     found: list[OsmWay] = []
 

@@ -3,7 +3,7 @@
 """The owner of all outputs of a run: it replaces neither inputs nor files of someone else."""
 
 from collections.abc import Collection, Iterable, Iterator
-from contextlib import contextmanager, ExitStack, suppress
+from contextlib import AbstractContextManager, contextmanager, ExitStack, suppress
 from dataclasses import dataclass, field
 import fcntl
 from itertools import chain
@@ -34,7 +34,7 @@ class _Staged:
 
 
 @dataclass(slots=True)
-class Outputs:
+class Outputs(AbstractContextManager['Outputs']):
     """
     The outputs of a run: made in hidden folders, and moved to their places as a set on exit.
 
@@ -50,9 +50,6 @@ class Outputs:
     """Whether files in output folders are replaced that no earlier run wrote."""
     _staged: list[_Staged] = field(default_factory=list)
     _cleanup: ExitStack = field(default_factory=ExitStack)
-
-    def __enter__(self) -> 'Outputs':
-        return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         with uninterrupted(), self._cleanup:

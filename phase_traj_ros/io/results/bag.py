@@ -4,7 +4,7 @@
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, ExitStack
+from contextlib import AbstractContextManager, contextmanager, ExitStack
 from pathlib import Path
 import statistics
 from tempfile import TemporaryDirectory
@@ -37,7 +37,7 @@ def topic_name(topic: Topic) -> str:
     return f'/{NODE_NAME}/{topic.name}'
 
 
-class BagSink(Watcher):
+class BagSink(Watcher, AbstractContextManager['BagSink']):
     """
     Writes the topics of the node as the node would publish them, by the stamps of the images.
 
@@ -73,9 +73,6 @@ class BagSink(Watcher):
         self._source = source.encode(errors='backslashreplace').decode()
         self._debug_images = debug_images
         self._bag = ExitStack()
-
-    def __enter__(self) -> 'BagSink':
-        return self
 
     def __exit__(self, kind: type[BaseException] | None, *error: Any) -> None:
         if kind is not None:

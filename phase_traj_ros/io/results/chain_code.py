@@ -16,14 +16,12 @@ import numpy as np
 import phase_traj_ros
 from phase_traj_ros.core import (
     Direction,
-    LengthUnit,
-    LinkCode,
+    EstimatorSettings,
     Movement,
     pack,
     PairStatus,
     Run,
     TrajectoryEstimator,
-    Way,
 )
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.heading.turns import Turn
@@ -35,22 +33,17 @@ from phase_traj_ros.io.replay.run import Replay
 def write_chain_code(result: Replay, path: Path) -> None:
     """Write codes, turns and camera as JSON; docs/reference/files.md describes the keys."""
     write_json({
-        'source': result.source,
-        'frames': result.frames,
-        'threshold': result.parameters.settings.threshold_set,
+        **_common(
+            result, result.mounting, result.parameters.settings, result.reliability,
+            source=result.source),
         'movement': result.movement,
         'direction': result.direction,
-        'movement_runs': _pairs(result.codes.movement.runs),
-        'direction_runs': _pairs(result.codes.direction.runs),
         'movement_packed': pack(result.movement).hex(),
         **({'direction_packed': pack(result.direction).hex()}
            if result.codes.directions is Direction else {}),
         'status': [update.status for update in result.updates],
-        **_reliability_content(result.reliability),
         'cuts': [update.pair for update in result.updates if update.cut],
         **_heading_content(result),
-        **_mount_content(result.mounting),
-        'path_unit': result.path_unit,
         'frame_numbers': None if result.frame_numbers is None else list(result.frame_numbers),
         'source_frames': result.source_frames,
         'first_stamp_ns': result.first_stamp_ns,
@@ -59,8 +52,6 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'skipped_frames': result.counters.skipped,
         'repeated_frames': result.counters.repeated,
         'time_resets': result.counters.time_resets,
-        'versions': versions(),
-        **_way_content(result.way, result.links, unit=result.parameters.settings.length_unit),
         **({} if result.links is None else {'links': list(result.links.series)}),
     }, path)
 
@@ -94,19 +85,14 @@ def chain_code_of(
     """Return what is known while a drive goes on; the runs are as many as are kept."""
     codes, settings, heading = estimator.codes, estimator.settings, estimator.heading
     return {
-        'source': source,
-        'frames': estimator.frames,
-        'threshold': settings.threshold_set,
+        **_common(
+            estimator, mounting, settings, estimator.reliability.of_drive, source=source),
         'code_source': settings.code_source,
         'connectivity': settings.connectivity,
         'path_from': settings.drawn_from,
-        'path_unit': settings.path_unit(measured=estimator.way.measured),
-        'movement_runs': _pairs(codes.movement.runs),
-        'direction_runs': _pairs(codes.direction.runs),
         'movement_totals': codes.movement.totals_of(Movement),
         'direction_totals': codes.direction.totals_of(codes.directions),
         'counters': asdict(estimator.counters),
-        **_reliability_content(estimator.reliability.of_drive),
         'turns': _turn_list(estimator.turns),
         **({} if heading is None else {
             'heading_deg': math.degrees(heading.tracker.heading),
@@ -114,45 +100,42 @@ def chain_code_of(
             'focal_px': heading.camera.focal_px,
             'field_of_view': heading.camera.field_of_view,
             'camera': heading.camera.in_use}),
-        'versions': versions(),
-        **_way_content(estimator.way, estimator.links, unit=settings.length_unit),
-        **_mount_content(mounting),
     }
 
 
-def _way_content(way: Way, links: LinkCode | None, *, unit: LengthUnit) -> dict[str, Any]:
-    """Return distance and equal links in the form of the files, as far as there are any."""
-    content: dict[str, Any] = {}
-    if way.pairs:
-        content = {
-            'distance': None if way.distance is None else round(way.distance, 4),
-            'distance_unit': unit,
-            'distance_states': {state.value: count for state, count in way.states.items()}}
-    if links is not None:
-        content |= {
-            'code_step': links.step,
-            'code_step_unit': unit,
-            'links_runs': _pairs(links.series.runs),
-            'links_totals': links.series.totals_of(links.directions)}
-    return content
-
-
-def _reliability_content(found: Reliability) -> dict[str, Any]:
-    """Return the reliability of a result in the form of the files."""
-    return {
+def _common(
+    drive: Replay | TrajectoryEstimator, mounting: Mounting, settings: EstimatorSettings,
+    found: Reliability, *, source: str,
+) -> dict[str, Any]:
+    """Return what a replay and the node have in common."""
+    way, links = drive.way, drive.links
+    content: dict[str, Any] = {
+        'source': source,
+        'frames': drive.frames,
+        'threshold': settings.threshold_set,
+        'movement_runs': _pairs(drive.codes.movement.runs),
+        'direction_runs': _pairs(drive.codes.direction.runs),
+        'path_unit': settings.path_unit(measured=way.measured),
         'reliable': found.reliable,
         'reasons': found.reasons,
         'unreliable_spans': [
             {'start': span.start_ns / 1e9, 'end': span.end_ns / 1e9, 'reasons': span.reasons}
             for span in found.spans],
-    }
-
-
-def _mount_content(mounting: Mounting) -> dict[str, Any]:
-    """Return the mount of the camera in the form of the files, if it is known."""
-    if mounting.mount is None:
-        return {}
-    return {'mount': {**asdict(mounting.mount), 'found': dict(mounting.found)}}
+        'versions': versions()}
+    if mounting.mount is not None:
+        content['mount'] = {**asdict(mounting.mount), 'found': dict(mounting.found)}
+    if way.pairs:
+        content |= {
+            'distance': None if way.distance is None else round(way.distance, 4),
+            'distance_unit': settings.length_unit,
+            'distance_states': {state.value: count for state, count in way.states.items()}}
+    if links is not None:
+        content |= {
+            'code_step': links.step,
+            'code_step_unit': settings.length_unit,
+            'links_runs': _pairs(links.series.runs),
+            'links_totals': links.series.totals_of(links.directions)}
+    return content
 
 
 def _turn_list(turns: Iterable[Turn]) -> list[dict[str, float]]:

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The base class of all sources of frames."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Generator, Iterator
-from contextlib import closing
+from contextlib import AbstractContextManager, closing
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -113,7 +113,7 @@ class Candidate:
         return StampedFrame(image, self.stamp_ns, self.encoding, self.frame_id, self.number)
 
 
-class FrameSource(ABC):
+class FrameSource(AbstractContextManager['FrameSource']):
     """
     Frames in order, from a bag, a video or a folder.
 
@@ -187,10 +187,7 @@ class FrameSource(ABC):
         raise SourceError(
             f'{self.description} is not a bag and has no speeds: give the parameter speed')
 
-    def __enter__(self) -> 'FrameSource':
-        return self
-
-    def __exit__(self, *_: object) -> None:  # noqa: B027
+    def __exit__(self, *_: object) -> None:
         """Nothing to release: the files are open during an iteration only."""
 
     def __iter__(self) -> Iterator[StampedFrame]:

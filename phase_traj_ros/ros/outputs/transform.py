@@ -6,7 +6,7 @@ from collections import deque
 from typing import Any
 
 from geometry_msgs.msg import Pose, Transform, TransformStamped, Vector3
-from phase_traj_ros.errors import MissingDependencyError
+from phase_traj_ros.errors import needing
 from phase_traj_ros.ros.entities import Entities
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -34,13 +34,10 @@ class TransformOutput:
             tf2_msgs is not installed.
 
         """
-        try:
+        with needing(
+                'publish_tf and publish_map_tf need tf2_msgs',
+                'install ros-jazzy-tf2-msgs, or leave both off'):
             from tf2_msgs.msg import TFMessage
-        except ImportError:
-            raise MissingDependencyError(
-                'publish_tf and publish_map_tf need tf2_msgs: install ros-jazzy-tf2-msgs, or leave'
-                ' both off',
-            ) from None
         self.message_type = TFMessage
         """Class of the messages."""
         self._publisher = node.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))

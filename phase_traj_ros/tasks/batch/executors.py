@@ -13,7 +13,7 @@ from threading import get_ident, Thread
 from typing import ParamSpec, TypeVar
 
 import cv2
-from phase_traj_ros.errors import MissingDependencyError, ParameterError
+from phase_traj_ros.errors import needing, ParameterError
 from phase_traj_ros.io.outputs.commit import STOPPING
 
 _P = ParamSpec('_P')
@@ -82,12 +82,8 @@ def dask_executor(address: str) -> Iterator[Executor]:
         No scheduler answers at the address, or it has no workers.
 
     """
-    try:
+    with needing('a dask cluster needs dask and distributed', 'install phase_traj_ros[dask]'):
         from distributed import Client
-    except ImportError as error:
-        raise MissingDependencyError(
-            f'a dask cluster needs dask and distributed ({error}): install phase_traj_ros[dask]'
-        ) from None
     try:
         client = Client(address, timeout=_ANSWER_S)
     except (OSError, ValueError) as error:
