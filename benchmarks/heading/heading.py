@@ -74,8 +74,8 @@ _HOW_TEXT = """
     pass to the left, and objects at the right pass to the right. The peak is where most of the
     texture agrees, so it lies up to a pixel away from the shift of distant objects, always on the
     same side while one side of the street is nearer or has more texture. In a turn, the camera
-    also moves sideways, because it is mounted ahead of the rear axle. Cropping rows or columns, or
-    another window, changes this error, but no choice is best on all drives, as the table shows.
+    also moves sideways, because it is mounted ahead of the rear axle. Cropping rows or columns
+    changes this error, but does not remove it, as the table shows.
     Geometry separates rotation from translation: one component of a block's motion, across the
     direction in which the block would pass, does not depend on its distance. So the frame is
     divided into 160 fixed blocks, each block is tracked from the position that the whole shift
