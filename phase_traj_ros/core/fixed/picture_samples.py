@@ -97,11 +97,11 @@ class PictureSamples:
         self, values: NDArray[np.uint8], shape: tuple[int, int],
     ) -> NDArray[np.uint8]:
         """Return values of a sample's pixels, (h, w), for those of a frame of this shape."""
-        times = self._times
-        large = np.repeat(np.repeat(values, times, axis=0), times, axis=1)
-        # A rest on the right and at the bottom is in no sample.
-        return np.pad(
-            large, [(0, whole - used) for whole, used in zip(shape, large.shape)], mode='edge')
+        height, width = (self._times * side for side in self.shape)
+        large = cv2.resize(values, (width, height), interpolation=cv2.INTER_NEAREST)
+        # What remains on the right and at the bottom is in no sample.
+        return cv2.copyMakeBorder(  # type: ignore[return-value]
+            large, 0, shape[0] - height, 0, shape[1] - width, cv2.BORDER_REPLICATE)
 
     def cell_means(self, values: Plane) -> Plane:
         """Return the means of values (h, w) over the cells, of which there are a few thousand."""
