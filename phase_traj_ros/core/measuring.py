@@ -96,13 +96,12 @@ class PairMeter:
             The mask is invalid (see ``mask_shares``), or it is empty within the view.
 
         """
-        self.mask = None if mask is None else mask_shares(mask)
+        self._given_mask = None if mask is None else mask_shares(mask)
+        self.mask = self._mask_of(settings)
         """Weight of each pixel of the upright image, (H, W), 0 to 1; None if all count equally."""
         self.camera: YawCamera | None = None
         """The camera that measures the yaw; None if no lens is known."""
         self._settings = settings
-        if settings.view.rotate_180:
-            self._turn_mask_over()
         self.check(settings)
         self._format: tuple[tuple[int, ...], str, str] | None = None
         self._cuts = CutDetector()
@@ -125,7 +124,8 @@ class PairMeter:
             The mask is empty within the view.
 
         """
-        if self.mask is not None and not settings.view.of(self.mask).any():
+        mask = self._mask_of(settings)
+        if mask is not None and not settings.view.of(mask).any():
             raise ValueError(
                 f'mask is empty (0 everywhere) with a decimation of {settings.view.decimation}:'
                 ' give less, or a mask that covers less')
@@ -134,8 +134,7 @@ class PairMeter:
         """Apply other settings, which ``check`` has accepted."""
         before, self._settings = self._settings, settings
         turns_over = settings.view.rotate_180 != before.view.rotate_180
-        if turns_over:
-            self._turn_mask_over()
+        self.mask = self._mask_of(settings)
         if turns_over or settings.code_source != before.code_source:
             self._guard = FixedGuard()
             self._exclude()
@@ -288,9 +287,8 @@ class PairMeter:
         measured, used = map(self._settings.view.full_shift, (measured, used))
         return Comparison(measured, yaw, quality, used.dx, agreement, cut=cut)
 
-    def _turn_mask_over(self) -> None:
-        if self.mask is not None:
-            self.mask = np.ascontiguousarray(self.mask[::-1, ::-1])
+    def _mask_of(self, settings: EstimatorSettings) -> NDArray[np.float32] | None:
+        return None if self._given_mask is None else settings.view.upright(self._given_mask)
 
     def _gap(self, interval: float) -> bool:
         return 0.0 < self._settings.max_gap < interval

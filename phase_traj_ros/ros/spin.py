@@ -53,6 +53,8 @@ def ros_context(arguments: Sequence[str]) -> Iterator[None]:
         try:
             rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
         except RuntimeError as error:
+            if rclpy.ok() and not any(reason in str(error) for reason in _NO_LOG):
+                raise
             raise ParameterError(_explained(str(error))) from None
         yield
     finally:

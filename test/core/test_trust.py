@@ -296,6 +296,7 @@ def test_standing_is_asked_for_before_anything_is_doubted(drive):
 
     def standing(number):
         frame = drive[0].copy()
+        # Where less than this changes, nothing is doubted in any case.
         frame[170:240] = lorry[:70, 4 * number:4 * number + 320]
         noise = rng.normal(0, 1.5, frame.shape)
         return np.clip(frame + noise, 0, 255).astype(np.uint8)

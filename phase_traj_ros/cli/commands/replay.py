@@ -3,6 +3,7 @@
 """``phase_traj replay``: computes codes and trajectory of a recording."""
 
 from argparse import ArgumentParser, Namespace
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 import time
 
@@ -17,6 +18,7 @@ from phase_traj_ros.cli.options import (
     SOURCE_HELP,
 )
 from phase_traj_ros.cli.report import over_passes, print_doubts, print_result
+from phase_traj_ros.io.sources.base import Entry
 from phase_traj_ros.tasks.batch.job import replay_source
 
 _EPILOG = f"""
@@ -63,11 +65,21 @@ def run(options: Namespace) -> int | None:
     request = request_of(options, options.sources[0])
     if len(options.sources) > 1 or options.dask is not None:
         return replay_many(request, options)
-    began = time.monotonic()
+    # Of the frames in all passes, without what comes after.
+    seconds = 0.0
+
+    def timed(frames: Iterable[Entry], which: str) -> Iterator[Entry]:
+        nonlocal seconds
+        began = time.monotonic()
+        # Learning the camera may stop before the last frame.
+        try:
+            yield from shown(frames, which)
+        finally:
+            seconds += time.monotonic() - began
+
     with request.opened() as source:
-        result = replay_source(source, request, through=over_passes(
-            total=source.frame_count, title=request.title))
-    seconds = time.monotonic() - began
+        shown = over_passes(total=source.frame_count, title=request.title)
+        result = replay_source(source, request, through=timed)
     print(f'{result.source}: {result.frames} frames in {seconds:.1f} s'
           f' ({result.frames / seconds:.0f} frames/s)')
     print_result(result)

@@ -4,9 +4,11 @@
 
 from dataclasses import dataclass
 import math
+from typing import Any, cast, TypeVar
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 
 
@@ -38,6 +40,9 @@ def halvings(shape: tuple[int, int], *, pixels: int, least: int) -> int:
     return min(wanted, int(math.log2(max(min(shape) / least, 1.0))))
 
 
+_ImageT = TypeVar('_ImageT', bound=NDArray[Any])
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
     """
@@ -60,13 +65,13 @@ class View:
         if self.decimation < 1:
             raise ValueError(f'decimation is {self.decimation}: give at least 1')
 
-    def upright(self, frame: Frame) -> Frame:
+    def upright(self, image: _ImageT) -> _ImageT:
         """Return a frame or a mask, (H, W), upright: a read-only copy if the camera is not."""
         if not self.rotate_180:
-            return frame
-        turned = np.ascontiguousarray(np.flip(frame))
+            return image
+        turned = np.ascontiguousarray(np.flip(image))
         turned.flags.writeable = False
-        return turned  # type: ignore[return-value]
+        return cast('_ImageT', turned)
 
     def of(self, frame: Frame) -> Frame:
         """Return ``frame``, (H, W), as it is correlated; see ``reduced``."""

@@ -147,7 +147,7 @@ class FixedAreas:
         """Check whether only a part of the image has changed for long."""
         if self._reference is not None:
             changed, energy, noise = self._samples.changes(self._reference)
-            share = self._share(changed - noise, energy - noise)
+            share = self._share(changed, energy)
             self.only_horizon_unchanged = self._only_horizon_remains(self._reference)
             self._age += self._samples.elapsed
             if share < TUNING.driving_share and self._age < TUNING.standing_window_s:
@@ -155,8 +155,9 @@ class FixedAreas:
             # A change before the vehicle stopped does not count.
             still_changes = self._changing_share * TUNING.standing_window_s >= (
                 TUNING.standing_share * self._samples.elapsed)
-            self._mostly_unchanged = still_changes and (
-                TUNING.standing_share <= share < TUNING.driving_share)
+            # Fine texture may look like noise: what may have changed by noise is not unchanged.
+            self._mostly_unchanged = still_changes and share < TUNING.driving_share and (
+                self._share(changed - noise, energy - noise) >= TUNING.standing_share)
         self._reference, self._age = self._samples.gradients, 0.0
 
     def _only_horizon_remains(self, since: Plane) -> bool:

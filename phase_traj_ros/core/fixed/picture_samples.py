@@ -41,6 +41,7 @@ class PictureSamples:
         """Seconds since the previous sample."""
         self.blank = False
         """Whether the newest sample holds only sensor noise."""
+        self._differences: Plane | None = None
         self.interrupt()
 
     def interrupt(self) -> None:
@@ -85,13 +86,19 @@ class PictureSamples:
         Return the standard deviation of a frame's noise, in its grey levels.
 
         It is the median of the differences of diagonals: Donoho and Johnstone, "Ideal spatial
-        adaptation by wavelet shrinkage" (Biometrika 1994), equation 13. The scene adds little.
+        adaptation by wavelet shrinkage" (Biometrika 1994), equation 13. The scene adds little. A
+        pattern that stays, such as that of a dithered image, is not noise: it does not differ from
+        that of the previous sample.
         """
         every = TUNING.noise_rows * self._times
         upper, lower = (
             np.asarray(frame[row::every], np.float32) for row in range(2))
-        differences = np.diff(upper[:len(lower)] - lower, axis=1)
-        return float(np.median(np.abs(differences))) / (2.0 * 0.6745)
+        before, differences = self._differences, np.diff(upper[:len(lower)] - lower, axis=1)
+        self._differences = differences
+        median = float(np.median(np.abs(differences)))
+        if before is not None:
+            median = min(median, float(np.median(np.abs(differences - before))) / math.sqrt(2.0))
+        return median / (2.0 * 0.6745)
 
     def enlarged(
         self, values: NDArray[np.uint8], shape: tuple[int, int],

@@ -111,11 +111,30 @@ def test_a_stationary_vehicle_learns_nothing(right):
 
 
 @pytest.mark.parametrize('degraded', [
-    partial(night, exposure=0.06), partial(sensor_noise, sigma=14)])
+    partial(night, exposure=0.06), partial(night, exposure=0.03), partial(sensor_noise, sigma=14)])
 def test_the_noise_of_a_stationary_vehicle_is_not_motion(right, degraded):
     areas = FixedAreas()
     assert doubted((degraded(right[0], seed=number) for number in range(60)), areas) == 0.0
     assert areas.weights() is None
+
+
+def test_fine_texture_that_moves_slowly_is_not_noise():
+    camera = Camera.with_field_of_view(160, 120, 70)
+    drive = plan_drive('slow', [Straight(10.0)], rate_hz=10.0, camera=camera, speed=0.3, seed=2)
+    areas, doubts = FixedAreas(), []
+    for number, frame in enumerate(render_drive(drive)):
+        areas.update(frame, 0.1 if number else 0.0)
+        doubts.append(areas.doubts(Shift(0.0, 0.0, 0.3), agreed=True))
+    assert not any(doubts)
+
+
+def test_a_pattern_of_pixels_that_stays_is_not_noise(right):
+    """As in a dithered image, or one in the colours of the sensor."""
+    mosaic = 0.3 + 0.7 * (np.indices((240, 320)).sum(axis=0) % 2)
+    frames = [overlays.black_bars(frame, sides=0.1) for frame in right]
+    areas = learned((mosaic * frame).astype(np.uint8) for frame in frames)
+    assert areas.share > 0.15
+    assert learned((mosaic * frame).astype(np.uint8) for frame in right).moving
 
 
 def test_the_world_moves_at_night_too(straight):
