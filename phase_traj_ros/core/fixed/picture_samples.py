@@ -85,14 +85,13 @@ class PictureSamples:
         """
         Return the standard deviation of a frame's noise, in its grey levels.
 
-        It is the median of the differences of diagonals: Donoho and Johnstone, "Ideal spatial
-        adaptation by wavelet shrinkage" (Biometrika 1994), equation 13. The scene adds little. A
+        It is from the median of the differences of diagonals, to which the scene adds little
+        (Donoho and Johnstone, "Ideal spatial adaptation by wavelet shrinkage", Biometrika 1994). A
         pattern that stays, such as that of a dithered image, is not noise: it does not differ from
         that of the previous sample.
         """
         every = TUNING.noise_rows * self._times
-        upper, lower = (
-            np.asarray(frame[row::every], np.float32) for row in range(2))
+        upper, lower = (np.asarray(frame[row::every], np.float32) for row in range(2))
         before, differences = self._differences, np.diff(upper[:len(lower)] - lower, axis=1)
         self._differences = differences
         median = float(np.median(np.abs(differences)))
@@ -100,9 +99,7 @@ class PictureSamples:
             median = min(median, float(np.median(np.abs(differences - before))) / math.sqrt(2.0))
         return median / (2.0 * 0.6745)
 
-    def enlarged(
-        self, values: NDArray[np.uint8], shape: tuple[int, int],
-    ) -> NDArray[np.uint8]:
+    def enlarged(self, values: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
         """Return values of a sample's pixels, (h, w), for those of a frame of this shape."""
         height, width = (self._times * side for side in self.shape)
         large = cv2.resize(values, (width, height), interpolation=cv2.INTER_NEAREST)
