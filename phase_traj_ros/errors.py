@@ -78,7 +78,15 @@ def reading(path: object) -> Iterator[None]:
 
 @contextmanager
 def needing(what: str, remedy: str) -> Iterator[None]:
-    """Convert the error of an import to a MissingDependencyError: what is missing, what to do."""
+    """
+    Convert the error of an import to a MissingDependencyError: what is missing, and the remedy.
+
+    Raises
+    ------
+    MissingDependencyError
+        The block could not import a package.
+
+    """
     try:
         yield
     except ImportError as error:

@@ -17,7 +17,7 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.errors import MissingDependencyError
+from phase_traj_ros.errors import MissingDependencyError, needing
 
 
 class OpenCvTransform:
@@ -63,14 +63,11 @@ class ScipyTransform:
             scipy is not installed.
 
         """
-        try:
+        with needing('scipy is not installed', 'install python3-scipy (apt) or scipy (pip)'):
             self.name = f'scipy {importlib.import_module("scipy").__version__}'
             """Version of scipy."""
             self._complex: Any = importlib.import_module('scipy.fft')
             self._real: Any = importlib.import_module('scipy.fftpack')
-        except ImportError as error:
-            raise MissingDependencyError(
-                'scipy is not installed: install python3-scipy (apt) or scipy (pip)') from error
 
     def forward(self, picture: NDArray[np.float32], rows: int) -> None:
         """Transform the rows that are not empty, then all columns."""

@@ -11,7 +11,6 @@ from phase_traj_ros.core import (
     CameraInUse,
     ChainCode,
     Counters,
-    LengthUnit,
     Lens,
     LensOrigin,
     LinkCode,
@@ -111,11 +110,6 @@ class Replay:
             *self.parameters.notices, *self.problems,
             *([f'frames skipped: {skipped}; the first: {self.first_skipped}'] if skipped else []),
             *(f'{what}: {count}' for count, what in counted if count))
-
-    @property
-    def path_unit(self) -> LengthUnit:
-        """Return the unit of the drawn path."""
-        return self.parameters.settings.path_unit(measured=self.way.measured)
 
     @property
     def assumes_camera(self) -> bool:

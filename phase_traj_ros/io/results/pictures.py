@@ -9,7 +9,7 @@ from typing import cast
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import LengthUnit, PAPER_THRESHOLD, TrajectoryEstimator, Update
+from phase_traj_ros.core import LengthUnit, PAPER_THRESHOLD, TrajectoryEstimator, Update, View
 from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.core.path.thinning import Thinned
 from phase_traj_ros.io.images.decoding import GreyImage
@@ -102,7 +102,7 @@ class LeftOutPicture(Watcher):
         return _jpeg(picture)
 
 
-def as_shown(image: GreyImage, *, rotate_180: bool) -> Picture:
+def as_shown(image: GreyImage, view: View) -> Picture:
     """
     Return a frame for display, (H, W) uint8, upright.
 
@@ -114,7 +114,7 @@ def as_shown(image: GreyImage, *, rotate_180: bool) -> Picture:
     elif image.dtype == np.uint16:
         bits = max(int(image.max(initial=0)).bit_length(), 8)
         image = np.right_shift(image, bits - 8).astype(np.uint8)
-    return cast('Picture', np.ascontiguousarray(image[::-1, ::-1] if rotate_180 else image))
+    return cast('Picture', np.ascontiguousarray(view.upright(image)))
 
 
 def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> Picture:
@@ -126,7 +126,7 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
     it, the correlation map is in the lower right corner.
     """
     picture = cast('Picture', cv2.cvtColor(
-        as_shown(frame.image, rotate_180=estimator.settings.view.rotate_180), cv2.COLOR_GRAY2BGR))
+        as_shown(frame.image, estimator.settings.view), cv2.COLOR_GRAY2BGR))
     if estimator.left_out is not None:
         shade(picture, estimator.left_out)
     _draw_shift(picture, update, estimator.settings.threshold_set)
@@ -149,7 +149,7 @@ def _jpeg(picture: Picture) -> bytes:
 
 def _small(frame: StampedFrame, estimator: TrajectoryEstimator, width: int) -> Picture:
     """Return an upright 8-bit copy of a frame, at most ``width`` pixels wide."""
-    picture = as_shown(frame.image, rotate_180=estimator.settings.view.rotate_180)
+    picture = as_shown(frame.image, estimator.settings.view)
     rows, columns = picture.shape
     if columns <= width:
         return picture.copy()

@@ -208,4 +208,5 @@ def test_what_is_not_known_adds_no_link(values):
         focal_px=600.0, code_step=0.5, code_source='shift', **values), source='')
     assert found.way.states[TravelState.UNKNOWN] == len(SHIFTS)
     assert (found.way.distance, len(found.links.series)) == (None, 0)
-    assert found.path_unit is LengthUnit.STEP
+    unit = found.parameters.settings.path_unit(measured=found.way.measured)
+    assert unit is LengthUnit.STEP

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ElementTree
 
 import cv2
 import numpy as np
-from phase_traj_ros.core import Movement, TrajectoryEstimator
+from phase_traj_ros.core import Movement, TrajectoryEstimator, View
 from phase_traj_ros.core.path.thinning import Thinned
 from phase_traj_ros.io.replay.overview import extremes, outline, overview
 from phase_traj_ros.io.replay.run import replay
@@ -134,7 +134,7 @@ def test_when_time_goes_back_the_thumbnails_restart():
 def test_frames_are_shown_upright_in_eight_bits(bits, rotate):
     image = (np.arange(64, dtype=np.uint32).reshape(8, 8) * (2**bits - 1) // 63).astype(
         np.uint8 if bits == 8 else np.uint16)
-    shown = as_shown(image, rotate_180=rotate)
+    shown = as_shown(image, View(rotate_180=rotate))
     assert shown.dtype == np.uint8 and shown.flags.c_contiguous
     assert sorted(shown[[0, -1], [0, -1]]) == [0, 255]
     assert shown[0, 0] == (255 if rotate else 0)
