@@ -78,6 +78,9 @@ class PictureSamples:
         step = self.gradients[:2] - before[:2]
         np.square(step, out=step)
         _, _, energy, noise = self.gradients + before
+        if since is None:
+            # It is measured between the two: a stream that hung had none before.
+            noise = 2.0 * self.gradients[3]
         return (self.cell_means(step[0] + step[1]), self.cell_means(energy),
                 self.cell_means(noise))
 
@@ -87,8 +90,8 @@ class PictureSamples:
 
         It is from the median of the differences of diagonals, to which the scene adds little
         (Donoho and Johnstone, "Ideal spatial adaptation by wavelet shrinkage", Biometrika 1994). A
-        pattern that stays, such as that of a dithered image, is not noise: it does not differ from
-        that of the previous sample.
+        pattern that stays, such as that of a dithered image, is not noise: it differs far less
+        from that of the previous sample.
         """
         every = TUNING.noise_rows * self._times
         upper, lower = (np.asarray(frame[row::every], np.float32) for row in range(2))
@@ -96,7 +99,9 @@ class PictureSamples:
         self._differences = differences
         median = float(np.median(np.abs(differences)))
         if before is not None:
-            median = min(median, float(np.median(np.abs(differences - before))) / math.sqrt(2.0))
+            # Not the smaller one: in the dark, both are 0 or 1 grey level.
+            passing = float(np.median(np.abs(differences - before))) / math.sqrt(2.0)
+            median = passing if passing < TUNING.staying_share * median else median
         return median / (2.0 * 0.6745)
 
     def enlarged(self, values: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:

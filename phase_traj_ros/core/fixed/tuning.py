@@ -31,6 +31,9 @@ class FixedTuning:
     noise_rows: int = 4
     """One in so many rows of a sample is compared with its neighbour, in the frame, to measure the
     noise."""
+    staying_share: float = 0.5
+    """Differences that change by less than this share between two samples are those of a
+    pattern."""
     cell_share: float = 0.02
     """Side of a cell, as a share of the diagonal."""
     noise_share: float = 0.4

@@ -118,6 +118,21 @@ def test_the_noise_of_a_stationary_vehicle_is_not_motion(right, degraded):
     assert areas.weights() is None
 
 
+def test_noise_of_a_stream_that_hangs_is_not_motion(right):
+    areas = learned(night(right[0], exposure=0.06, seed=number // 6) for number in range(240))
+    assert areas.weights() is None
+    assert not areas.doubts(Shift(0.0, 0.0, 0.3), agreed=False)
+
+
+@pytest.mark.parametrize('light', [0.05, 0.02])
+def test_noise_of_half_a_grey_level_is_not_motion(right, light):
+    dark = light * right[0]
+    areas = FixedAreas()
+    assert doubted((sensor_noise(dark, sigma=0.5, seed=number) for number in range(60)),
+                   areas) == 0.0
+    assert areas.weights() is None
+
+
 def test_fine_texture_that_moves_slowly_is_not_noise():
     camera = Camera.with_field_of_view(160, 120, 70)
     drive = plan_drive('slow', [Straight(10.0)], rate_hz=10.0, camera=camera, speed=0.3, seed=2)
